@@ -43,7 +43,7 @@ def test_the_sentence_tells_the_number_that_moved() -> None:
     """Of an effect whose size stayed and whose shape did not, the shape."""
     answer = found(loops(), loops(seed=2, engagement_arcsec=150))
     assert answer.kind == "changed"
-    assert "engagement_angle_arcsec from 3" in answer.sentence
+    assert "changed: engagement_angle_arcsec rose from 3" in answer.sentence
     assert "friction_torque_Nm from" not in answer.sentence
 
 

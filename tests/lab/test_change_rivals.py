@@ -91,6 +91,25 @@ def test_a_zero_of_the_torque_is_no_change_of_the_reducer() -> None:
     assert answer.changed[0].direction == "new" and answer.changed[0].probability > 0.95
 
 
+def test_a_joint_outside_the_friction_is_one_change() -> None:
+    """It was a fall of the stiffness and one of the friction, both for certain."""
+    table = loops(seed=2)
+    fixed = table["elastic_angle_arcsec"] + 12.0 * table["torque_Nm"]
+    answer = found(loops(), table | {"elastic_angle_arcsec": fixed})
+    assert answer.kind == "changed"
+    assert [(c.effect, c.direction) for c in answer.changed] == [("output_torsion", "up")]
+    [joint] = answer.changed
+    assert joint.moved and (joint.after - joint.before) * 206265 == pytest.approx(12.0, rel=0.1)
+    assert FRICTION in {u.effect for u in answer.unchanged}
+
+
+@pytest.mark.parametrize(("friction_Nm", "stiffness"), [(0.6, 1.0), (1.0, 0.85)])
+def test_what_one_number_explains_is_no_joint(friction_Nm: float, stiffness: float) -> None:
+    answer = found(loops(), loops(friction_Nm, stiffness, seed=2))
+    assert answer.kind == "changed"
+    assert "output_torsion" not in {c.effect for c in answer.changed}
+
+
 # --- values at the limit of their range ---------------------------------------------------
 
 
@@ -126,6 +145,16 @@ def changed_from(before: float, after: float, *limits: Limit | None) -> Changed:
 def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: str) -> None:
     told = _told(found(loops(1.0), loops(1.5, seed=2)), c)
     assert said in told and ("+-" in told) == (c.moved and None in c.limits)
+
+
+def test_of_an_effect_of_which_only_the_shape_moved_that_is_told() -> None:
+    """A transition torque that falls is no less play; it was "backlash fell"."""
+    both = found(loops(1.0), loops(1.0, seed=2, engagement_arcsec=60))
+    assert [(c.parameter, c.is_shape) for c in both.foremost] == [("engagement_angle_rad", True)]
+    told = "friction_hysteresis changed: engagement_angle_arcsec rose from"
+    assert told in both.sentence.replace("Friction", "friction")
+    size = found(loops(1.0), loops(1.5, seed=2))
+    assert not size.foremost[0].is_shape and f"{FRICTION} rose: friction_torque" in size.sentence
 
 
 @pytest.mark.parametrize(("limit", "direction"), [(None, "gone"), ("own loops", "down")])

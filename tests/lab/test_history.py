@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.dataset import Campaign, History
 from cbpt.lab.model.forward import Assembled
-from cbpt.lab.selection.history import with_its_history, with_their_history
+from cbpt.lab.selection.history import notes_of_levels, with_its_history, with_their_history
 from cbpt.lab.selection.lack_of_fit import run_time
 from common.comparisons import drive_of
+from common.friction_loops import LOOP as SPRING_LOOP
+from common.friction_loops import found as changed
+from common.friction_loops import loops
 from common.simulated import readings_of
 
 LOOP = np.concatenate([np.linspace(0, 5, 11), np.linspace(4.5, -5, 20), np.linspace(-4.5, 0, 10)])
@@ -159,4 +162,28 @@ def test_loops_of_a_spring_say_it_too(clocks: bool, carried: bool, told: list[st
     # Several campaigns are of one rig.
     timed = replace(measured, history="by clock")
     both, alike = with_their_history([timed, timed])
-    assert [campaign.history for campaign in both] == 2 * [found.history] and alike == notes
+    assert [campaign.history for campaign in both] == 2 * [found.history]
+    assert alike == 2 * (notes or [""])
+    assert notes_of_levels(["before", "after"], alike) == notes
+
+
+def test_each_level_begins_after_a_past_of_its_own() -> None:
+    """One history for all made a play fall where only one campaign began from rest."""
+    timed = ramps(clocks=False)
+    rng = np.random.default_rng(7)
+    known: tuple[History, ...] = "carried", "by clock", "carried"
+    measured = [readings_of(replace(timed, history=h), OF_SPRING, rng) for h in known]
+    found, notes = with_their_history([replace(c, history="by clock") for c in measured])
+    assert [campaign.history for campaign in found] == [*known]
+    [told] = notes_of_levels(["1", "2", "3"], notes)
+    assert told.startswith(f"1 and 3, unlike 2: {REPEATED}")
+
+
+def test_a_first_loading_is_no_change() -> None:
+    """The same loop from rest, and after another one that was not measured."""
+    both, n = loops(u=1.0), len(SPRING_LOOP)
+    rest = {name: column[:n] for name, column in both.items()}
+    after = {name: column[n:] for name, column in both.items()}
+    answer = changed(after, rest)
+    assert answer.kind == "nothing"
+    assert any(note.startswith("before, unlike after: the readings show") for note in answer.notes)

@@ -48,7 +48,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
-from cbpt.lab.selection.history import with_their_history
+from cbpt.lab.selection.history import notes_of_levels, with_their_history
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.posterior import named_of
 from cbpt.lab.selection.rules import RULES
@@ -147,7 +147,7 @@ def change(
         answers, ids, own = _effects(
             case, dict(zip(names, parts, strict=True)), effects, seed, tell
         )
-        campaigns, history = with_their_history(
+        campaigns, histories = with_their_history(
             [prepared(campaign_of(case, part, own))[0] for part in parts]
         )
         candidates = _fitted(campaigns, ids, _forms(answers), part_of(tell, _DIAGNOSED, _FITTED))
@@ -167,7 +167,7 @@ def change(
         )
     loops = widths_of(parts, reproducibility_arcsec, states)
     answer = _answer(names, parts, weighed, answers, by, loops)
-    notes = [*history, *_notes(campaigns, weighed, named)]
+    notes = [*notes_of_levels(names, histories), *_notes(campaigns, weighed, named)]
     if answer.kind == "changed" and reproducibility_arcsec is None:
         notes.append(unless_repeated(_between_runs_arcsec(weighed.best.levels)))
     tell("the answer", 1.0)

@@ -1,11 +1,12 @@
-"""Errors of instruments in place of what seems to have changed.
+"""Errors of instruments, and a joint in series, in place of what seems to have changed.
 
 with_instruments  sets of effects with an instrument that may have changed instead
 plausible         whether its error in a choice is
 
 A diagnosis of each level names what that level needs; an error of an instrument that is there at
 one level alone may be taken for a change of what every level has. So each one that the rig may have
-is fitted beside the effects of the best answer, and in place of each that changed in it.
+is fitted beside the effects of the best answer, and in place of each that changed in it. So is a
+joint that takes the whole torque: of a fixture that is there at one level alone.
 """
 
 from __future__ import annotations
@@ -14,7 +15,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
-from cbpt.lab.change.parties import Levels, forms_of, with_form
+from cbpt.lab.change.parties import (
+    Levels,
+    forms_of,
+    joint_in_series,
+    with_engagement,
+    with_form,
+)
 from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.progress import untold
 from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
@@ -40,13 +47,32 @@ def with_instruments(weighed: Weighed, tell: Progress = untold) -> list[Levels]:
     found = []
     for number, (form, place) in enumerate(sets):
         tell(f"{form.effect} in its place", number / len(sets))
-        levels = with_form(best.levels, form, place)
-        if levels is None or not _plausible(levels, form):
-            continue
-        if _as_good(levels, best.levels):
-            choices = _choices(best, levels, form.effect)
-            found.append(replace(levels, choices=tuple(choices)))
-    return found
+        found += _offered(best, with_form(best.levels, form, place), form)
+    return [*found, *_with_joint(best, places)]
+
+
+def _offered(best: Choice, levels: Levels | None, form: Variant) -> list[Levels]:
+    """The levels with what may have changed of them, unless they are implausible or far worse."""
+    if levels is None or not _plausible(levels, form) or not _as_good(levels, best.levels):
+        return []
+    return [replace(levels, choices=tuple(_choices(best, levels, form.effect)))]
+
+
+def _with_joint(best: Choice, places: Sequence[str | None]) -> list[Levels]:
+    """A joint in series that changed in place of what most probably did. Its angle is no part of
+    what friction keeps, so beside friction a stiffness and the friction seem to have changed both;
+    without it no reading tells it from a stiffness, and none is offered."""
+    joint, have = joint_in_series(best.levels), {v.effect: v for v in best.levels.variants}
+    if joint is None or "friction_hysteresis" not in have:
+        return []
+    if joint.effect in have:
+        levels = with_form(best.levels, have[joint.effect], joint.effect)
+        choices = () if levels is None else tuple(_choices(best, levels, joint.effect))
+        found = [] if levels is None else [replace(levels, choices=choices)]
+    else:
+        sets = (with_form(best.levels, joint, place) for place in places)
+        found = [one for levels in sets for one in _offered(best, levels, joint)]
+    return [with_engagement(levels, joint.effect) for levels in found]
 
 
 def _as_good(levels: Levels, other: Levels) -> bool:

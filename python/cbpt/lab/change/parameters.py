@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,15 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
         u=u,
         limits=limits,
         trend=trend_of(values, all_u),
+        is_shape=_is_shape(levels, place),
+        apart=max(best.apart(a, b, place) for a, b in combinations(levels_k, 2)) / max(doubts),
     )
+
+
+def _is_shape(levels: Levels, place: int) -> bool:
+    """Of an effect; a number of the drive or the rig is neither size nor shape."""
+    effect, _, name = levels.fits[0].unknowns[place].name.partition(".")
+    return any(name == s.name for v in levels.variants if v.effect == effect for s in v.shapes)
 
 
 def _limit(choice: Choice, level: int, place: int) -> Limit | None:

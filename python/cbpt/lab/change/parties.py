@@ -4,6 +4,8 @@ Levels      parties of all levels, their fits and the forms
 levels_of   finds them: the effects that any level demands, in the forms most probable over all
 with_form   the same with one more effect
 forms_of    the forms that effects may have at all levels
+joint_in_series  a joint outside the friction
+with_engagement  the same where such a joint changes the engagement of friction
 log_noise   what the noise of a level adds to the log evidence, whatever the values
 """
 
@@ -11,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +27,9 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.own_loops import ENGAGEMENT
 from cbpt.lab.model.priors import Variant
-from cbpt.lab.model.spring_priors import library_of
+from cbpt.lab.model.spring_priors import joint_of, library_of
 from cbpt.lab.selection.fit_effects import best_fit, best_of_forms, fits_of_forms
 
 Floats = NDArray[np.float64]
@@ -41,6 +44,8 @@ class Levels:
     variants: tuple[Variant, ...]
     choices: tuple[frozenset[str], ...] = ()
     """What may have changed: the choices to weigh. Where empty, they are searched."""
+    alongside: tuple[tuple[str, int], ...] = ()
+    """Unknowns that change with an effect and belong to another, by the former."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +107,8 @@ def with_form(levels: Levels, variant: Variant, without: str | None) -> Levels |
     campaigns = [party.problem.campaign for party in levels.parties]
     asked = [v.label for v in hypothesis.variants]
     library = library_of(_longest(campaigns), asked, campaigns)
+    if variant not in library:
+        library = *library, variant
     fitters = [Fitter(campaign, library) for campaign in campaigns]
     fits = []
     for fitter, before in zip(fitters, levels.fits, strict=True):
@@ -137,6 +144,20 @@ def forms_of(levels: Levels, effects: Sequence[str]) -> tuple[Variant, ...]:
     offered = [Fitter(campaign, library).variants for campaign in campaigns]
     everywhere = set.intersection(*({v.label for v in variants} for variants in offered))
     return tuple(v for v in library if v.effect in effects and v.label in everywhere)
+
+
+def joint_in_series(levels: Levels) -> Variant | None:
+    """A joint that takes the whole torque, of a size that the tables can show."""
+    return joint_of(_longest([party.problem.campaign for party in levels.parties]))
+
+
+def with_engagement(levels: Levels, effect: str) -> Levels:
+    """The levels where the angle over which friction builds up changes with a joint in series: the
+    model counts it on the total angle, so what the joint turns while friction builds up is in it.
+    """
+    unknowns = levels.fits[0].unknowns
+    places = (i for i, u in enumerate(unknowns) if u.name == ENGAGEMENT)
+    return replace(levels, alongside=tuple((effect, place) for place in places))
 
 
 def log_noise(problem: Problem, stated_dof: float) -> float:

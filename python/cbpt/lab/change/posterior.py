@@ -220,7 +220,7 @@ class _Search:
         """Log odds of a choice; of: another one, from whose values it is searched too."""
         scored = self.scored
         if names not in scored:
-            places = frozenset(i for name in names for i in self.groups[name].unknowns)
+            places = self._places(names)
             further = [scored[of][0]] if of is not None else []
             found = _fitted(self.levels, places, _nested(names, scored), further)
             if found is None:
@@ -228,6 +228,11 @@ class _Search:
             prior = sum(self.groups[name].log_odds for name in names)
             scored[names] = found, found.log_evidence + prior + self.there
         return scored[names][1]
+
+    def _places(self, names: frozenset[str]) -> frozenset[int]:
+        """The unknowns that have values of their own where some groups changed."""
+        own = {i for name in names for i in self.groups[name].unknowns}
+        return frozenset(own | {i for name, i in self.levels.alongside if name in names})
 
     def more(self, tell: Progress) -> None:
         """From none, one group after the other."""
@@ -271,7 +276,7 @@ class _Search:
         alone = {frozenset({name for name in names if name in gains}) for names in swapped}
         for names in sorted(swapped | alone, key=sorted):
             loose = frozenset(i for name in names & set(gains) for i in self.groups[name].unknowns)
-            places = frozenset(i for name in names for i in self.groups[name].unknowns)
+            places = self._places(names)
             of = self.levels
             fit = fit_shared(of.parties, of.variants, places, loose=loose)
             if fit is not None:

@@ -51,10 +51,17 @@ class Changed:
     never go the other way, by more than twice their uncertainty."""
     rivals: tuple[str, ...] = ()
     """Others of which one may have changed in its place: the readings do not tell which."""
+    apart: float = 0.0
+    """The most by which two values differ, in standard uncertainties of that difference: less than
+    by those of the values, where a number that all levels share makes them uncertain together."""
+    is_shape: bool = False
+    """Whether it says how an effect looks, and not how large it is."""
 
     @property
     def moved(self) -> bool:
         """Whether any two values differ by more than twice their uncertainty."""
+        if self.apart > 2:
+            return True
         known = list(zip(self.values, self.u, strict=True))
         return any(
             abs(a - b) > 2 * math.hypot(u_a or 0.0, u_b or 0.0)

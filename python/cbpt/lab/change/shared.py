@@ -64,6 +64,12 @@ class Shared:
         slot = self.slots[level, unknown]
         return float(self.x[slot]), float(np.sqrt(self.covariance[slot, slot]))
 
+    def apart(self, one: int, other: int, unknown: int) -> float:
+        """By how many standard uncertainties of it the values of two levels differ."""
+        a, b = self.slots[[one, other], unknown]
+        square = float(self.covariance[a, a] + self.covariance[b, b] - 2 * self.covariance[a, b])
+        return abs(float(self.x[a] - self.x[b])) / float(np.sqrt(square)) if square > 0 else 0.0
+
     def limit(self, level: int, unknown: int) -> float | None:
         """The bound that a value ends at, in its unit; None where it lies within its range."""
         slot = self.slots[level, unknown]

@@ -159,6 +159,8 @@ def _told(found: ChangeData, c: Changed) -> str:
     if c.trend != "neither":
         trend = f", {c.trend} from level to level" if c.trend else ""
         ends = f"from {values[0]} to {values[-1]}{trend}"
+        if c.is_shape:  # another transition torque is no less play
+            return f"{c.effect} changed: {label} {_WAYS[c.direction]} {ends} {chance}"
         return f"{c.effect} {_WAYS[c.direction]}: {label} {ends} {chance}"
     by_size = sorted(range(len(known)), key=lambda i: c.values[i])
     least, most = (f"{values[i]} ({found.levels[i]})" for i in (by_size[0], by_size[-1]))

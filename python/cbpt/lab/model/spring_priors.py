@@ -270,7 +270,7 @@ def _joints(compliance: float, torque: float, curved: bool) -> Iterator[Variant]
     """Without a shape only beside a curve: in series with one stiffness it is that stiffness. A
     joint that levels off early is play, and belongs to `backlash`.
     """
-    joint = _of("output_torsion", ("compliance_rad_per_Nm",), compliance, 1e-3, 1.0)
+    joint = _joint(compliance)
     if curved:
         yield joint
     yield _with(joint, (ASYMMETRY,), "softer one way")
@@ -278,6 +278,19 @@ def _joints(compliance: float, torque: float, curved: bool) -> Iterator[Variant]
     yield _with(joint, (stiffening,), "stiffening")
     stop = _ranged("stop_torque_Nm", torque, 0.5, 0.95, (0.7,))
     yield _with(joint, (stop,), "up to a stop")
+
+
+def _joint(compliance: float) -> Variant:
+    return _of("output_torsion", ("compliance_rad_per_Nm",), compliance, 1e-3, 1.0)
+
+
+def joint_of(campaign: Campaign) -> Variant | None:
+    """A joint without a shape that takes the whole torque; None of a ball drive, which has one in
+    its library. Beside friction it is no stiffness: that keeps the angle of the spring alone."""
+    if campaign.drive.kind == "ball_drive":
+        return None
+    torque, angle = _reach(campaign)
+    return _joint(angle / torque)
 
 
 def _of(effect: str, sizes: tuple[str, ...], unit: float, low: float, high: float) -> Variant:

@@ -1,7 +1,8 @@
 """Whether friction goes on from run to run, or starts anew at each: what the readings say.
 
     with_its_history    the campaign with the history that its readings follow better
-    with_their_history  the same of campaigns on one rig, together
+    with_their_history  the same of campaigns on one rig, each with its own past
+    notes_of_levels     their notes, with the levels that they are of
 
 Where a run begins as the one before it ended, a real reducer keeps the friction that this has left
 (loops that were cut into runs), unless it was released, reassembled or stood for long in between.
@@ -28,6 +29,7 @@ from cbpt.lab.model.own_loops import FRICTION, PLAY
 from cbpt.lab.model.spring_priors import library_of
 from cbpt.lab.selection.fit_effects import fits_of_forms
 from cbpt.lab.selection.rules import RULES
+from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
 _NOTES = {
@@ -44,27 +46,63 @@ _NOTES = {
 
 def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
     """The campaign, and a note where it is not as its clocks say."""
-    [found], notes = with_their_history([campaign])
-    return found, notes
+    [found], [note] = with_their_history([campaign])
+    return found, [note] if note else []
 
 
 def with_their_history(campaigns: Sequence[Campaign]) -> tuple[list[Campaign], list[str]]:
-    """The campaigns, all with one history or as their clocks say, and a note as above."""
-    timed, found = [*campaigns], [*campaigns]
-    known: dict[int, float] = {}
-    """Log evidence of campaigns as their clocks say, by their places."""
-    gained_most, notes = RULES.log_rival_odds, list[str]()
-    histories: tuple[History, ...] = "anew", "carried"
-    for history in histories:
-        other = [replace(campaign, history=history) for campaign in timed]
-        pairs = enumerate(zip(other, timed, strict=True))
-        told = {place: note for place, pair in pairs if (note := _what_differs(*pair))}
-        for place in told.keys() - known.keys():
-            known[place] = _log_evidence(timed[place])
-        gained = sum(_log_evidence(other[place]) - known[place] for place in told)
-        if told and gained >= gained_most:
-            gained_most, found, notes = gained, other, [*dict.fromkeys(told.values())]
+    """The campaigns, and of each a note as above, empty where it is as its clocks say.
+
+    All have the history that they follow best together, as readings of one campaign may hardly tell
+    and are then not to differ from the others by it; but for those whose readings tell another one:
+    each begins after a past of its own.
+    """
+    known = [_histories(campaign) for campaign in campaigns]
+    together: dict[History, float] = {
+        history: sum(odds[history][0] for odds in known) for history in known[0]
+    }
+    best = _clearly_best(together, "by clock")
+    found, notes = list[Campaign](), list[str]()
+    for campaign, odds in zip(campaigns, known, strict=True):
+        history = _clearly_best({name: gained for name, (gained, _) in odds.items()}, best)
+        note = odds[history][1]
+        found.append(replace(campaign, history=history) if note else campaign)
+        notes.append(note)
     return found, notes
+
+
+def notes_of_levels(names: Sequence[str], notes: Sequence[str]) -> list[str]:
+    """The notes of all levels, each once, with the levels that it is of where it is not of all."""
+    told = []
+    for note in dict.fromkeys(filter(None, notes)):
+        of, not_of = (
+            [name for name, own in zip(names, notes, strict=True) if (own == note) == same]
+            for same in (True, False)
+        )
+        told.append(f"{listed(of)}, unlike {listed(not_of)}: {note}" if not_of else note)
+    return told
+
+
+def _histories(campaign: Campaign) -> dict[History, tuple[float, str]]:
+    """The log evidence of each history over that of the clocks, and what it says beside them."""
+    found: dict[History, tuple[float, str]] = {"by clock": (0.0, "")}
+    of_clocks: float | None = None
+    others: tuple[History, ...] = "anew", "carried"
+    for history in others:
+        other = replace(campaign, history=history)
+        note, gained = _what_differs(other, campaign), 0.0
+        if note:
+            of_clocks = _log_evidence(campaign) if of_clocks is None else of_clocks
+            gained = _log_evidence(other) - of_clocks
+        # Where neither has a solution, nothing is gained.
+        found[history] = (0.0 if np.isnan(gained) else gained), note
+    return found
+
+
+def _clearly_best(odds: dict[History, float], usual: History) -> History:
+    """The most probable history; the usual one unless the odds against it are those of a rival."""
+    best = max(odds, key=lambda name: odds[name])
+    return best if odds[best] - odds[usual] >= RULES.log_rival_odds else usual
 
 
 def _what_differs(other: Campaign, timed: Campaign) -> str:
