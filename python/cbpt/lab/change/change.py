@@ -24,7 +24,7 @@ from cbpt.lab.change.demanded import demanded
 from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
-from cbpt.lab.change.parameters import by_itself, changed_of, unchanged_of
+from cbpt.lab.change.parameters import by_itself, changed_of, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
@@ -384,15 +384,19 @@ def _answer(
     changed, hidden = _told(weighed, changed, rest)
     if kind == "changed" and hidden and not changed:
         kind = "undecided"
+    held = held_of(weighed) if kind != "undecided" else []
     # What the effects do not follow may hide a change of any number, or take its place.
-    told = kind != "undecided" and not rest.not_followed_arcsec
+    told = unchanged_of(weighed, held) if not rest.not_followed_arcsec else []
+    not_shown = {h.number.effect: tuple(names[k] for k in h.not_shown) for h in held if h.not_shown}
+    if kind == "nothing" and not_shown:
+        kind = "undecided"
     # No rest of a level is one that the effects of all levels follow.
     of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
     remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
         changed=tuple(changed),
-        unchanged=tuple(unchanged_of(weighed)) if told else (),
+        unchanged=tuple(told),
         probability=1 - something if kind == "nothing" else something,
         noise=noise_change(tables, levels.fits),
         remains=max(remains, key=lambda left: left["rms_arcsec"], default=None),
@@ -410,4 +414,5 @@ def _answer(
         weighed=weighed,
         by_itself=tuple(by_itself(levels, rest.is_law)),
         loops=loops,
+        not_shown=not_shown,
     )

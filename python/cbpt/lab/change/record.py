@@ -72,6 +72,9 @@ class Unchanged:
     value: float
     u: float
     """Standard uncertainty, SI."""
+    within: float
+    """By how much its values may differ from level to level, root mean square, SI: what they differ
+    by and the uncertainty of that, if each level has its own."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +95,8 @@ class ChangeData:
     kind: Kind
     changed: tuple[Changed, ...]
     unchanged: tuple[Unchanged, ...]
-    """Both empty where the kind is `undecided`; the latter also where the effects leave more than
-    noise."""
+    """Both empty where the kind is `undecided`, but for numbers that are not in `not_shown`; the
+    latter also where the effects leave more than noise."""
     probability: float
     """That something changed; for `nothing`, that nothing did. By the effects that were fitted:
     where the measured loops say otherwise (`differing_loops`), the kind is `undecided`."""
@@ -125,6 +128,9 @@ class ChangeData:
     by_itself: tuple[ByItself, ...] = ()
     loops: tuple[LoopWidths, ...] = ()
     """The loops as they were measured, by amplitude."""
+    not_shown: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Effects and numbers that some level determines, with the levels that do not: whether they
+    changed there cannot be told."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
@@ -148,6 +154,16 @@ class ChangeData:
         if self.kind != "changed":
             return ()
         return tuple(group for group in self.weighed.rivals if not set(group) <= set(self.hidden))
+
+    @property
+    def not_all_shown(self) -> bool:
+        """Of an undecided answer: whether nothing changed of what all levels show."""
+        return (
+            self.kind == "undecided"
+            and self.probability < RULES.undecided
+            and bool(self.not_shown)
+            and self.differing_loops is None
+        )
 
     @property
     def moved_less_than_is_left(self) -> bool:

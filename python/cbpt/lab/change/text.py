@@ -35,6 +35,11 @@ def sentence(found: ChangeData) -> str:
             ", so what changed cannot be told: look at the loops of both levels, and name other "
             "effects to fit." + _by_itself(found) + _noise(found)
         )
+    if found.not_all_shown:
+        return (
+            f"Of what all levels show nothing changed ({_sure(1 - found.probability)})."
+            f"{_not_shown(found)}" + _hidden(found) + _noise(found) + _within(found)
+        )
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
         by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
@@ -52,7 +57,7 @@ def sentence(found: ChangeData) -> str:
             f"({_sure(found.probability)} that it did)." + _by_itself(found) + _noise(found)
         )
     rest = _hidden(found) + _noise(found) + _within(found)
-    return _changes(found) + _unless(found) + rest
+    return _changes(found) + _unless(found) + _not_shown(found) + rest
 
 
 def _changes(found: ChangeData) -> str:
@@ -224,12 +229,24 @@ def _noise(found: ChangeData) -> str:
 
 def _within(found: ChangeData) -> str:
     """What did not change, and within what."""
-    told = [f"{u.effect} within {u.u / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
+    told = [f"{u.effect} within {u.within / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
     return f" Unchanged: {listed(told)}." if told else ""
 
 
+def _not_shown(found: ChangeData) -> str:
+    """What some level does not determine, by levels."""
+    by_levels: dict[tuple[str, ...], list[str]] = {}
+    for effect, levels in found.not_shown.items():
+        by_levels.setdefault(levels, []).append(effect)
+    return "".join(
+        f" Whether {listed(effects, 'or')} changed cannot be told: the readings of "
+        f"{listed(levels)} do not show {'it' if len(effects) == 1 else 'them'}."
+        for levels, effects in by_levels.items()
+    )
+
+
 def _firm(u: Unchanged) -> bool:
-    return abs(u.value) > 3 * u.u > 0
+    return abs(u.value) > 3 * u.within > 0
 
 
 def lines(found: ChangeData) -> Iterator[str]:

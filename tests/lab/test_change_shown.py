@@ -1,0 +1,84 @@
+"""What a level does not show is not said to be unchanged there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from common.friction_loops import FRICTION
+
+STIFF = {"torsional_stiffness_Nm_per_arcmin": 1.0}
+CASE = {
+    "torsion_spring": STIFF,
+    "uncertainty": {"contact_stiffness_rel": 0.1},
+    "measurement": {"zero": "per_run"},
+}
+BOTH_WAYS = np.concatenate([np.arange(0, 20), np.arange(20, -20, -1), np.arange(-20, 0.1)])
+ONE_WAY = np.concatenate([np.arange(4, 20, 0.5), np.arange(20, 3.9, -0.5)])
+
+
+def level(
+    torque_Nm: NDArray[np.float64],
+    play_arcsec: float,
+    friction_Nm: float = 1.0,
+    seed: int = 1,
+    u: float = 2.0,
+) -> dict[str, NDArray[np.float64]]:
+    """Two runs of a spring with friction and play."""
+    friction = {"friction_torque_Nm": friction_Nm, "engagement_angle_arcsec": 30.0}
+    case: dict[str, Any] = {
+        "torsion_spring": STIFF,
+        "effect": [
+            {"id": FRICTION, **friction},
+            {"id": "backlash", "play_arcsec": play_arcsec, "transition_torque_Nm": 0.5},
+        ],
+    }
+    n = len(torque_Nm)
+    plan = {
+        "run": np.repeat([1.0, 2.0], n),
+        "torque_Nm": np.tile(torque_Nm, 2),
+        "time_s": np.arange(2.0 * n),
+        "elastic_angle_arcsec": np.zeros(2 * n),
+    }
+    rows = cbpt.read_readings(plan, need_preload=False)
+    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=u)
+    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
+
+
+def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
+    return cbpt.change(CASE, *tables, effects=[FRICTION, "backlash"])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_play_that_a_level_cannot_show_is_not_unchanged(turned: bool) -> None:
+    """Loaded one way only, with a zero for each run, a play is a shift of the whole run."""
+    tables = [level(BOTH_WAYS, 150.0), level(ONE_WAY, 300.0, seed=2)]
+    answer = found(*tables[::-1] if turned else tables)
+    assert answer.kind == "undecided" and answer.probability < 0.5
+    assert answer.to_dict()["not_shown"] == {"backlash": ["before" if turned else "after"]}
+    assert "nothing changed" in answer.sentence and "Nothing changed" not in answer.sentence
+    assert "Whether backlash changed cannot be told" in answer.sentence
+    assert "backlash within" not in answer.sentence
+    assert "backlash" not in {u.effect for u in answer.unchanged}
+    # The other numbers are shown by both.
+    assert FRICTION in {u.effect for u in answer.unchanged}
+
+
+def test_what_a_level_cannot_show_is_told_beside_a_change() -> None:
+    answer = found(level(BOTH_WAYS, 150.0), level(ONE_WAY, 150.0, 1.6, seed=2))
+    assert answer.kind == "changed" and {c.effect for c in answer.changed} == {FRICTION}
+    assert "Whether backlash changed cannot be told" in answer.sentence
+
+
+def test_within_is_what_the_levels_may_differ_by() -> None:
+    """Not how well the value is known that they share: one level shows little of it."""
+    answer = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2, u=20.0))
+    assert answer.kind == "nothing" and not answer.not_shown
+    [play] = [u for u in answer.unchanged if u.effect == "backlash"]
+    before, after = next(b.values for b in answer.by_itself if b.parameter == "play_rad")
+    assert play.within > 0.5 * abs(before - after) and play.within > 3 * play.u
+    assert f"backlash within {play.within / play.value:.1%}" in answer.sentence
