@@ -82,3 +82,49 @@ def test_within_is_what_the_levels_may_differ_by() -> None:
     before, after = next(b.values for b in answer.by_itself if b.parameter == "play_rad")
     assert play.within > 0.5 * abs(before - after) and play.within > 3 * play.u
     assert f"backlash within {play.within / play.value:.1%}" in answer.sentence
+
+
+# --- what one level holds and the other has not -------------------------------------------
+
+
+def with_more(table: dict[str, NDArray[np.float64]], more: NDArray[np.float64]) -> Any:
+    return table | {"elastic_angle_arcsec": table["elastic_angle_arcsec"] + more}
+
+
+def test_a_slip_in_one_level_keeps_the_answer_from_nothing() -> None:
+    """The noise of that level takes it up, and no number changes."""
+    before, after = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2)
+    place = len(BOTH_WAYS) + 30
+    slip = np.where((after["run"] == 2) & (np.arange(len(after["run"])) >= place), 300.0, 0.0)
+    answer = found(before, with_more(after, slip))
+    assert answer.kind == "undecided" and answer.probability < 0.5 and not answer.unchanged
+    assert "Nothing changed" not in answer.sentence
+    odd = answer.to_dict()["odd_level"]
+    assert (odd["level"], odd["other"], odd["run"]) == ("after", "before", "2")
+    assert odd["jump_arcsec"] == pytest.approx(300, rel=0.1)
+    assert odd["jump_Nm"] == pytest.approx(BOTH_WAYS[30], abs=1)
+    assert "most of it in run 2, where the angle jumps by " in answer.sentence
+    # The other way round it is the other level.
+    turned = found(with_more(after, slip), before).odd_level
+    assert turned is not None and (turned.level, turned.other) == (0, 1)
+
+
+def test_what_wanders_in_one_level_is_no_jump() -> None:
+    before, after = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2)
+    wanders = 60 * np.sin(2 * np.pi * np.arange(len(after["run"])) / 37)
+    answer = found(before, with_more(after, wanders))
+    assert answer.kind != "nothing" and "Nothing changed" not in answer.sentence
+    if answer.odd_level is not None:
+        assert answer.odd_level.jump_arcsec is None
+
+
+def test_what_is_left_of_both_levels_alike_says_nothing() -> None:
+    law = 40 * np.sin(np.tile(BOTH_WAYS, 2) / 2)
+    tables = [with_more(level(BOTH_WAYS, 150.0, seed=s), law) for s in (1, 2)]
+    answer = found(*tables)
+    assert answer.kind == "nothing" and answer.odd_level is None
+
+
+def test_more_scatter_is_no_rest() -> None:
+    answer = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2, u=12.0))
+    assert answer.kind == "nothing" and answer.odd_level is None

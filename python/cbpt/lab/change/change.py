@@ -24,6 +24,7 @@ from cbpt.lab.change.demanded import demanded
 from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
+from cbpt.lab.change.odd_level import odd_level_of
 from cbpt.lab.change.parameters import by_itself, changed_of, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
@@ -388,7 +389,9 @@ def _answer(
     # What the effects do not follow may hide a change of any number, or take its place.
     told = unchanged_of(weighed, held) if not rest.not_followed_arcsec else []
     not_shown = {h.number.effect: tuple(names[k] for k in h.not_shown) for h in held if h.not_shown}
-    if kind == "nothing" and not_shown:
+    noise = noise_change(tables, levels.fits)
+    odd_level = odd_level_of(levels, noise.u_arcsec) if kind == "nothing" else None
+    if kind == "nothing" and (not_shown or odd_level):
         kind = "undecided"
     # No rest of a level is one that the effects of all levels follow.
     of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
@@ -396,9 +399,9 @@ def _answer(
     return Change(
         kind=kind,
         changed=tuple(changed),
-        unchanged=tuple(told),
+        unchanged=() if odd_level else tuple(told),
         probability=1 - something if kind == "nothing" else something,
-        noise=noise_change(tables, levels.fits),
+        noise=noise,
         remains=max(remains, key=lambda left: left["rms_arcsec"], default=None),
         levels=tuple(names),
         readings=tuple(parts),
@@ -415,4 +418,5 @@ def _answer(
         by_itself=tuple(by_itself(levels, rest.is_law)),
         loops=loops,
         not_shown=not_shown,
+        odd_level=odd_level,
     )

@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.noise import NoiseChange
+from cbpt.lab.change.odd_level import OddLevel
 from cbpt.lab.change.posterior import Weighed
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.selection.rules import RULES
@@ -131,6 +132,8 @@ class ChangeData:
     not_shown: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Effects and numbers that some level determines, with the levels that do not: whether they
     changed there cannot be told."""
+    odd_level: OddLevel | None = None
+    """The level that holds something that its own fit does not follow, and another has not."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
@@ -156,12 +159,13 @@ class ChangeData:
         return tuple(group for group in self.weighed.rivals if not set(group) <= set(self.hidden))
 
     @property
-    def not_all_shown(self) -> bool:
-        """Of an undecided answer: whether nothing changed of what all levels show."""
+    def nothing_shown(self) -> bool:
+        """Of an undecided answer: whether nothing changed of what the model follows and all levels
+        show."""
         return (
             self.kind == "undecided"
             and self.probability < RULES.undecided
-            and bool(self.not_shown)
+            and (bool(self.not_shown) or self.odd_level is not None)
             and self.differing_loops is None
         )
 

@@ -35,10 +35,11 @@ def sentence(found: ChangeData) -> str:
             ", so what changed cannot be told: look at the loops of both levels, and name other "
             "effects to fit." + _by_itself(found) + _noise(found)
         )
-    if found.not_all_shown:
+    if found.nothing_shown:
+        what = "the model follows" if found.odd_level else "all levels show"
         return (
-            f"Of what all levels show nothing changed ({_sure(1 - found.probability)})."
-            f"{_not_shown(found)}" + _hidden(found) + _noise(found) + _within(found)
+            f"Of what {what} nothing changed ({_sure(1 - found.probability)})."
+            f"{_odd_level(found)}{_not_shown(found)}{_hidden(found)}{_noise(found)}{_within(found)}"
         )
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
@@ -231,6 +232,27 @@ def _within(found: ChangeData) -> str:
     """What did not change, and within what."""
     told = [f"{u.effect} within {u.within / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
     return f" Unchanged: {listed(told)}." if told else ""
+
+
+def _odd_level(found: ChangeData) -> str:
+    """What one level holds that nothing follows, and where."""
+    odd = found.odd_level
+    if odd is None:
+        return ""
+    name, other = found.levels[odd.level], found.levels[odd.other]
+    less = f"{odd.other_arcsec:.2g} arcsec" if odd.other_arcsec else "nothing"
+    where = "" if odd.run is None else f", most of it in run {odd.run}"
+    if odd.jump_arcsec is not None:
+        where += (
+            f", where the angle jumps by {rounded(abs(odd.jump_arcsec))} arcsec near "
+            f"{odd.jump_Nm:.3g} N m"
+        )
+    return (
+        f" But {name} holds something that the model does not follow with any values: it leaves "
+        f"{odd.left_arcsec:.3g} arcsec (rms) beyond the scatter{where}; {other} leaves "
+        f"{less}. A change may be hidden by it, or be it: look at the readings of "
+        f"{name}{'' if odd.run is None else f', run {odd.run},'} and measure again."
+    )
 
 
 def _not_shown(found: ChangeData) -> str:
