@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
+from cbpt.lab.change.posterior import Choice, Weighed, weigh
 from common.friction_loops import FRICTION
 
 STIFF = {"torsional_stiffness_Nm_per_arcmin": 1.0}
@@ -82,6 +85,40 @@ def test_within_is_what_the_levels_may_differ_by() -> None:
     before, after = next(b.values for b in answer.by_itself if b.parameter == "play_rad")
     assert play.within > 0.5 * abs(before - after) and play.within > 3 * play.u
     assert f"backlash within {play.within / play.value:.1%}" in answer.sentence
+
+
+# --- what changed by no number ------------------------------------------------------------
+
+
+def test_a_change_of_no_number_is_not_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However much better the readings are followed with two values that are as good as one."""
+
+    def less_known(choices: Sequence[Choice]) -> Weighed | None:
+        return weigh(
+            [replace(c, fit=replace(c.fit, covariance=1e4 * c.fit.covariance)) for c in choices]
+        )
+
+    tables = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, 1.2, seed=2)
+    assert found(*tables).kind == "changed"
+    monkeypatch.setattr("cbpt.lab.change.change.weigh", less_known)
+    answer = found(*tables)
+    assert answer.kind == "undecided" and answer.hidden == (FRICTION,) and not answer.changed
+    assert f"But no number of {FRICTION} differs by more than twice" in answer.sentence
+    assert "but no number of it" not in answer.sentence
+
+
+def test_a_difference_may_be_known_better_than_both_values() -> None:
+    """What is stated of a stiffness is the same at both levels."""
+    softer = level(BOTH_WAYS, 150.0, seed=2)
+    torque = softer["torque_Nm"]
+    answer = cbpt.change(
+        CASE | {"uncertainty": {"contact_stiffness_rel": 0.02, "torque_gain_rel": 0.02}},
+        level(BOTH_WAYS, 150.0),
+        with_more(softer, 60 * 0.015 * torque),
+        effects=[FRICTION, "backlash"],
+    )
+    assert answer.kind == "changed"
+    assert {"contact_stiffness"} <= {c.effect for c in answer.changed}
 
 
 # --- what one level holds and the other has not -------------------------------------------

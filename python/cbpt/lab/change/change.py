@@ -25,7 +25,7 @@ from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
-from cbpt.lab.change.parameters import by_itself, changed_of, held_of, unchanged_of
+from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
@@ -344,8 +344,14 @@ def _told(
     weighed: Weighed, changed: Sequence[Changed], rest: Rest
 ) -> tuple[list[Changed], set[str]]:
     """What of the changes is told, and what is hidden by what the effects leave or by runs that
-    differ. Beside such a rest an effect of which no number moved is one of those."""
-    still = {c.effect for c in changed if rest.not_followed_arcsec and not c.moved}
+    differ. An effect of which no number moved is one of those: beside such a rest by its values,
+    else by what they differ by, which may be known better than each of them."""
+    still = {
+        c.effect
+        for c in changed
+        if not c.moved
+        and (rest.not_followed_arcsec or not differs(weighed.best_with(c.effect), c.effect))
+    }
     still -= {c.effect for c in changed if c.moved}
     hidden = {*rest.hidden, *still}
     doubtful = {*rest.runs_differ, *still}

@@ -2,13 +2,14 @@
 
 changed_of    parameters of the groups that more likely changed than not
 held_of       sizes and numbers that all levels share, and what each level says of them
+differs       whether any number of an effect that changed does
 unchanged_of  those that one value describes at all levels
 by_itself     sizes that each level has if nothing is shared
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -19,7 +20,7 @@ from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Group, Weighed, groups_of
 from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchanged
 from cbpt.lab.change.reproducibility import doubts_of
-from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.selection.rules import RULES
@@ -132,17 +133,29 @@ def _held(best: Choice, group: Group) -> Held | None:
         abs(si) * float(np.hypot(free.x[s] - fit.x[place], np.sqrt(free.covariance[s, s])))
         for s in slots
     ]
-    apart = [
-        (free.x[a] - free.x[b], free.covariance[[a, a, b], [a, b, b]] @ [1.0, -2.0, 1.0])
-        for a, b in combinations(slots, 2)
-    ]
-    within = abs(si) * max(float(np.sqrt(d**2 + max(variance, 0.0))) for d, variance in apart)
+    within = abs(si) * max(float(np.hypot(d, u_d)) for d, u_d in _apart(free, place))
     name = _name(levels, place)
     return Held(
         number=Unchanged(group.effect, name, unit_of(name), value, u, within),
         known=tuple(abs(value) > 2 * o for o in off),
         well_known=tuple(abs(value) > 3 * o for o in off),
     )
+
+
+def _apart(fit: Shared, place: int) -> Iterator[tuple[float, float]]:
+    """What the values of any two levels differ by, and the uncertainty of that: what they share
+    with the other numbers drops out."""
+    for a, b in combinations(fit.slots[:, place].tolist(), 2):
+        variance = float(fit.covariance[[a, a, b], [a, b, b]] @ [1.0, -2.0, 1.0])
+        yield float(fit.x[a] - fit.x[b]), float(np.sqrt(max(variance, 0.0)))
+
+
+def differs(choice: Choice, effect: str) -> bool:
+    """Whether any number of an effect differs between two levels by more than twice the uncertainty
+    of the difference. A fit that stands for that of a twin does not show it."""
+    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    pairs = [pair for place in group.unknowns for pair in _apart(choice.fit, place)]
+    return choice.stands_for or any(abs(d) > 2 * u for d, u in pairs)
 
 
 def unchanged_of(weighed: Weighed, held: Sequence[Held]) -> list[Unchanged]:

@@ -49,7 +49,7 @@ def sentence(found: ChangeData) -> str:
         remedy = " Name other effects to fit." if rest else ""
         return (
             "What changed cannot be told. By the fitted effects "
-            f"{listed(found.weighed.likely, 'or')} changed{by}.{_runs(found)}{rest}"
+            f"{listed(found.weighed.likely, 'or')} changed{by}.{_runs(found)}{_still(found)}{rest}"
             f"{_loops_differ(found)}{remedy}" + _by_itself(found) + _noise(found)
         )
     if found.kind == "undecided":
@@ -87,6 +87,18 @@ def _runs(found: ChangeData) -> str:
         " But runs of one level with the same torques do not agree on "
         f"{listed(found.runs_differ)}: they differ by as much. Look at the runs one by one, and "
         "repeat them."
+    )
+
+
+def _still(found: ChangeData) -> str:
+    """That the readings ask for other values of an effect, and these are as good as the same."""
+    still = [e for e in found.hidden if e not in found.runs_differ]
+    if not still or found.not_followed_arcsec:
+        return ""
+    return (
+        f" But no number of {listed(still, 'or')} differs by more than twice its uncertainty: "
+        "something that was not fitted may have changed in its place, or the first loops began "
+        "otherwise. Name other effects to fit."
     )
 
 
