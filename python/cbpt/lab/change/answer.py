@@ -43,6 +43,13 @@ class Change(Reported, ChangeData):
             "by": self.by,
             "verdict": self._verdict(),
             "unchanged": [asdict(u) for u in self.unchanged],
+            "odd_level": self.odd_level
+            and asdict(self.odd_level)
+            | {
+                "level": self.levels[self.odd_level.level],
+                "other": self.levels[self.odd_level.other],
+            },
+            "not_shown": {effect: list(levels) for effect, levels in self.not_shown.items()},
             "by_itself": [_plain(b) for b in self.by_itself],
             "noise": self.noise.to_dict(),
             "remains": self.remains,

@@ -24,7 +24,8 @@ from cbpt.lab.change.demanded import demanded
 from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
-from cbpt.lab.change.parameters import by_itself, changed_of, unchanged_of
+from cbpt.lab.change.odd_level import odd_level_of
+from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
@@ -343,8 +344,14 @@ def _told(
     weighed: Weighed, changed: Sequence[Changed], rest: Rest
 ) -> tuple[list[Changed], set[str]]:
     """What of the changes is told, and what is hidden by what the effects leave or by runs that
-    differ. Beside such a rest an effect of which no number moved is one of those."""
-    still = {c.effect for c in changed if rest.not_followed_arcsec and not c.moved}
+    differ. An effect of which no number moved is one of those: beside such a rest by its values,
+    else by what they differ by, which may be known better than each of them."""
+    still = {
+        c.effect
+        for c in changed
+        if not c.moved
+        and (rest.not_followed_arcsec or not differs(weighed.best_with(c.effect), c.effect))
+    }
     still -= {c.effect for c in changed if c.moved}
     hidden = {*rest.hidden, *still}
     doubtful = {*rest.runs_differ, *still}
@@ -384,17 +391,23 @@ def _answer(
     changed, hidden = _told(weighed, changed, rest)
     if kind == "changed" and hidden and not changed:
         kind = "undecided"
+    held = held_of(weighed) if kind != "undecided" else []
     # What the effects do not follow may hide a change of any number, or take its place.
-    told = kind != "undecided" and not rest.not_followed_arcsec
+    told = unchanged_of(weighed, held) if not rest.not_followed_arcsec else []
+    not_shown = {h.number.effect: tuple(names[k] for k in h.not_shown) for h in held if h.not_shown}
+    noise = noise_change(tables, levels.fits)
+    odd_level = odd_level_of(levels, noise.u_arcsec) if kind == "nothing" else None
+    if kind == "nothing" and (not_shown or odd_level):
+        kind = "undecided"
     # No rest of a level is one that the effects of all levels follow.
     of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
     remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
         changed=tuple(changed),
-        unchanged=tuple(unchanged_of(weighed)) if told else (),
+        unchanged=() if odd_level else tuple(told),
         probability=1 - something if kind == "nothing" else something,
-        noise=noise_change(tables, levels.fits),
+        noise=noise,
         remains=max(remains, key=lambda left: left["rms_arcsec"], default=None),
         levels=tuple(names),
         readings=tuple(parts),
@@ -410,4 +423,6 @@ def _answer(
         weighed=weighed,
         by_itself=tuple(by_itself(levels, rest.is_law)),
         loops=loops,
+        not_shown=not_shown,
+        odd_level=odd_level,
     )

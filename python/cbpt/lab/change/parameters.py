@@ -1,23 +1,26 @@
 """The numbers that changed, and those that did not.
 
 changed_of    parameters of the groups that more likely changed than not
-unchanged_of  sizes and numbers that one value describes at all levels
+held_of       sizes and numbers that all levels share, and what each level says of them
+differs       whether any number of an effect that changed does
+unchanged_of  those that one value describes at all levels
 by_itself     sizes that each level has if nothing is shared
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Choice, Weighed, groups_of
+from cbpt.lab.change.posterior import Choice, Group, Weighed, groups_of
 from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchanged
 from cbpt.lab.change.reproducibility import doubts_of
+from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.selection.rules import RULES
@@ -98,20 +101,82 @@ def _limit(choice: Choice, level: int, place: int) -> Limit | None:
     return "upper"
 
 
-def unchanged_of(weighed: Weighed) -> list[Unchanged]:
+@dataclass(frozen=True)
+class Held:
+    """A size or number that all levels share; SI."""
+
+    number: Unchanged
+    known: tuple[bool, ...]
+    """Of each level, whether it determines the number by itself: by more than twice what it may be
+    off there, as for an effect that is gone."""
+    well_known: tuple[bool, ...]
+    """The same by more than three times that, as for an effect that is there."""
+
+    @property
+    def not_shown(self) -> tuple[int, ...]:
+        """The levels that say nothing of what another one shows."""
+        return tuple(k for k, known in enumerate(self.known) if not known and any(self.well_known))
+
+
+def held_of(weighed: Weighed) -> list[Held]:
+    """What did not change in the best answer. How well the levels know it together says nothing of
+    a change: one of them may not show it at all. So each has its own value here."""
+    best = weighed.best
+    groups = [g for g in groups_of(best.levels) if g.effect not in best.changed]
+    return [held for held in (_held(best, group) for group in groups) if held is not None]
+
+
+def _held(best: Choice, group: Group) -> Held | None:
+    levels, fit, place = best.levels, best.fit, group.unknowns[0]
+    separate = fit.separate | set(group.unknowns)
+    free = fit_shared(levels.parties, levels.variants, separate, fit.points)
+    if free is None:
+        return None
+    value, u = _si(levels, fit.value(0, place), place)
+    unknown, slots = levels.fits[0].unknowns[place], free.slots[:, place]
+    si = unknown.unit * (value if unknown.log else 1.0)
+    # What the slopes say of a value is not all: far from it they may be others, and a value that is
+    # far from the shared one, which the readings suit as well, is as uncertain.
+    off = [
+        abs(si) * float(np.hypot(free.x[s] - fit.x[place], np.sqrt(free.covariance[s, s])))
+        for s in slots
+    ]
+    within = abs(si) * max(float(np.hypot(d, u_d)) for d, u_d in _apart(free, place))
+    name = _name(levels, place)
+    return Held(
+        number=Unchanged(group.effect, name, unit_of(name), value, u, within),
+        known=tuple(abs(value) > 2 * o for o in off),
+        well_known=tuple(abs(value) > 3 * o for o in off),
+    )
+
+
+def _apart(fit: Shared, place: int) -> Iterator[tuple[float, float]]:
+    """What the values of any two levels differ by, and the uncertainty of that: what they share
+    with the other numbers drops out."""
+    for a, b in combinations(fit.slots[:, place].tolist(), 2):
+        variance = float(fit.covariance[[a, a, b], [a, b, b]] @ [1.0, -2.0, 1.0])
+        yield float(fit.x[a] - fit.x[b]), float(np.sqrt(max(variance, 0.0)))
+
+
+def differs(choice: Choice, effect: str) -> bool:
+    """Whether any number of an effect differs between two levels by more than twice the uncertainty
+    of the difference. A fit that stands for that of a twin does not show it."""
+    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    pairs = [pair for place in group.unknowns for pair in _apart(choice.fit, place)]
+    return choice.stands_for or any(abs(d) > 2 * u for d, u in pairs)
+
+
+def unchanged_of(weighed: Weighed, held: Sequence[Held]) -> list[Unchanged]:
     """Sizes and numbers that one value describes at all levels."""
-    found = []
-    best, levels = weighed.best.fit, weighed.best.levels
     rivals = {name for group in weighed.rivals for name in group}
-    for group in groups_of(levels):
+    return [
+        h.number
+        for h in held
         # What may have changed stands under `perhaps`.
-        if weighed.changed(group.effect) > RULES.likely or group.effect in rivals:
-            continue
-        place = group.unknowns[0]
-        value, u = _si(levels, best.value(0, place), place)
-        name = _name(levels, place)
-        found.append(Unchanged(group.effect, name, unit_of(name), value, u))
-    return found
+        if weighed.changed(h.number.effect) <= RULES.likely
+        and h.number.effect not in rivals
+        and not h.not_shown
+    ]
 
 
 def by_itself(levels: Levels, comes_again: Sequence[bool]) -> list[ByItself]:

@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.noise import NoiseChange
+from cbpt.lab.change.odd_level import OddLevel
 from cbpt.lab.change.posterior import Weighed
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.selection.rules import RULES
@@ -79,6 +80,9 @@ class Unchanged:
     value: float
     u: float
     """Standard uncertainty, SI."""
+    within: float
+    """By how much its values may differ from level to level, root mean square, SI: what they differ
+    by and the uncertainty of that, if each level has its own."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +103,8 @@ class ChangeData:
     kind: Kind
     changed: tuple[Changed, ...]
     unchanged: tuple[Unchanged, ...]
-    """Both empty where the kind is `undecided`; the latter also where the effects leave more than
-    noise."""
+    """Both empty where the kind is `undecided`, but for numbers that are not in `not_shown`; the
+    latter also where the effects leave more than noise."""
     probability: float
     """That something changed; for `nothing`, that nothing did. By the effects that were fitted:
     where the measured loops say otherwise (`differing_loops`), the kind is `undecided`."""
@@ -132,6 +136,11 @@ class ChangeData:
     by_itself: tuple[ByItself, ...] = ()
     loops: tuple[LoopWidths, ...] = ()
     """The loops as they were measured, by amplitude."""
+    not_shown: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Effects and numbers that some level determines, with the levels that do not: whether they
+    changed there cannot be told."""
+    odd_level: OddLevel | None = None
+    """The level that holds something that its own fit does not follow, and another has not."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
@@ -155,6 +164,17 @@ class ChangeData:
         if self.kind != "changed":
             return ()
         return tuple(group for group in self.weighed.rivals if not set(group) <= set(self.hidden))
+
+    @property
+    def nothing_shown(self) -> bool:
+        """Of an undecided answer: whether nothing changed of what the model follows and all levels
+        show."""
+        return (
+            self.kind == "undecided"
+            and self.probability < RULES.undecided
+            and (bool(self.not_shown) or self.odd_level is not None)
+            and self.differing_loops is None
+        )
 
     @property
     def moved_less_than_is_left(self) -> bool:

@@ -35,6 +35,12 @@ def sentence(found: ChangeData) -> str:
             ", so what changed cannot be told: look at the loops of both levels, and name other "
             "effects to fit." + _by_itself(found) + _noise(found)
         )
+    if found.nothing_shown:
+        what = "the model follows" if found.odd_level else "all levels show"
+        return (
+            f"Of what {what} nothing changed ({_sure(1 - found.probability)})."
+            f"{_odd_level(found)}{_not_shown(found)}{_hidden(found)}{_noise(found)}{_within(found)}"
+        )
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
         by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
@@ -43,7 +49,7 @@ def sentence(found: ChangeData) -> str:
         remedy = " Name other effects to fit." if rest else ""
         return (
             "What changed cannot be told. By the fitted effects "
-            f"{listed(found.weighed.likely, 'or')} changed{by}.{_runs(found)}{rest}"
+            f"{listed(found.weighed.likely, 'or')} changed{by}.{_runs(found)}{_still(found)}{rest}"
             f"{_loops_differ(found)}{remedy}" + _by_itself(found) + _noise(found)
         )
     if found.kind == "undecided":
@@ -52,7 +58,7 @@ def sentence(found: ChangeData) -> str:
             f"({_sure(found.probability)} that it did)." + _by_itself(found) + _noise(found)
         )
     rest = _hidden(found) + _noise(found) + _within(found)
-    return _changes(found) + _unless(found) + rest
+    return _changes(found) + _unless(found) + _not_shown(found) + rest
 
 
 def _changes(found: ChangeData) -> str:
@@ -81,6 +87,18 @@ def _runs(found: ChangeData) -> str:
         " But runs of one level with the same torques do not agree on "
         f"{listed(found.runs_differ)}: they differ by as much. Look at the runs one by one, and "
         "repeat them."
+    )
+
+
+def _still(found: ChangeData) -> str:
+    """That the readings ask for other values of an effect, and these are as good as the same."""
+    still = [e for e in found.hidden if e not in found.runs_differ]
+    if not still or found.not_followed_arcsec:
+        return ""
+    return (
+        f" But no number of {listed(still, 'or')} differs by more than twice its uncertainty: "
+        "something that was not fitted may have changed in its place, or the first loops began "
+        "otherwise. Name other effects to fit."
     )
 
 
@@ -226,12 +244,45 @@ def _noise(found: ChangeData) -> str:
 
 def _within(found: ChangeData) -> str:
     """What did not change, and within what."""
-    told = [f"{u.effect} within {u.u / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
+    told = [f"{u.effect} within {u.within / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
     return f" Unchanged: {listed(told)}." if told else ""
 
 
+def _odd_level(found: ChangeData) -> str:
+    """What one level holds that nothing follows, and where."""
+    odd = found.odd_level
+    if odd is None:
+        return ""
+    name, other = found.levels[odd.level], found.levels[odd.other]
+    less = f"{odd.other_arcsec:.2g} arcsec" if odd.other_arcsec else "nothing"
+    where = "" if odd.run is None else f", most of it in run {odd.run}"
+    if odd.jump_arcsec is not None:
+        where += (
+            f", where the angle jumps by {rounded(abs(odd.jump_arcsec))} arcsec near "
+            f"{odd.jump_Nm:.3g} N m"
+        )
+    return (
+        f" But {name} holds something that the model does not follow with any values: it leaves "
+        f"{odd.left_arcsec:.3g} arcsec (rms) beyond the scatter{where}; {other} leaves "
+        f"{less}. A change may be hidden by it, or be it: look at the readings of "
+        f"{name}{'' if odd.run is None else f', run {odd.run},'} and measure again."
+    )
+
+
+def _not_shown(found: ChangeData) -> str:
+    """What some level does not determine, by levels."""
+    by_levels: dict[tuple[str, ...], list[str]] = {}
+    for effect, levels in found.not_shown.items():
+        by_levels.setdefault(levels, []).append(effect)
+    return "".join(
+        f" Whether {listed(effects, 'or')} changed cannot be told: the readings of "
+        f"{listed(levels)} do not show {'it' if len(effects) == 1 else 'them'}."
+        for levels, effects in by_levels.items()
+    )
+
+
 def _firm(u: Unchanged) -> bool:
-    return abs(u.value) > 3 * u.u > 0
+    return abs(u.value) > 3 * u.within > 0
 
 
 def lines(found: ChangeData) -> Iterator[str]:

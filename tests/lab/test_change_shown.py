@@ -1,0 +1,167 @@
+"""What a level does not show is not said to be unchanged there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.change.posterior import Choice, Weighed, weigh
+from common.friction_loops import FRICTION
+
+STIFF = {"torsional_stiffness_Nm_per_arcmin": 1.0}
+CASE = {
+    "torsion_spring": STIFF,
+    "uncertainty": {"contact_stiffness_rel": 0.1},
+    "measurement": {"zero": "per_run"},
+}
+BOTH_WAYS = np.concatenate([np.arange(0, 20), np.arange(20, -20, -1), np.arange(-20, 0.1)])
+ONE_WAY = np.concatenate([np.arange(4, 20, 0.5), np.arange(20, 3.9, -0.5)])
+
+
+def level(
+    torque_Nm: NDArray[np.float64],
+    play_arcsec: float,
+    friction_Nm: float = 1.0,
+    seed: int = 1,
+    u: float = 2.0,
+) -> dict[str, NDArray[np.float64]]:
+    """Two runs of a spring with friction and play."""
+    friction = {"friction_torque_Nm": friction_Nm, "engagement_angle_arcsec": 30.0}
+    case: dict[str, Any] = {
+        "torsion_spring": STIFF,
+        "effect": [
+            {"id": FRICTION, **friction},
+            {"id": "backlash", "play_arcsec": play_arcsec, "transition_torque_Nm": 0.5},
+        ],
+    }
+    n = len(torque_Nm)
+    plan = {
+        "run": np.repeat([1.0, 2.0], n),
+        "torque_Nm": np.tile(torque_Nm, 2),
+        "time_s": np.arange(2.0 * n),
+        "elastic_angle_arcsec": np.zeros(2 * n),
+    }
+    rows = cbpt.read_readings(plan, need_preload=False)
+    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=u)
+    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
+
+
+def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
+    return cbpt.change(CASE, *tables, effects=[FRICTION, "backlash"])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_play_that_a_level_cannot_show_is_not_unchanged(turned: bool) -> None:
+    """Loaded one way only, with a zero for each run, a play is a shift of the whole run."""
+    tables = [level(BOTH_WAYS, 150.0), level(ONE_WAY, 300.0, seed=2)]
+    answer = found(*tables[::-1] if turned else tables)
+    assert answer.kind == "undecided" and answer.probability < 0.5
+    assert answer.to_dict()["not_shown"] == {"backlash": ["before" if turned else "after"]}
+    assert "nothing changed" in answer.sentence and "Nothing changed" not in answer.sentence
+    assert "Whether backlash changed cannot be told" in answer.sentence
+    assert "backlash within" not in answer.sentence
+    assert "backlash" not in {u.effect for u in answer.unchanged}
+    # The other numbers are shown by both.
+    assert FRICTION in {u.effect for u in answer.unchanged}
+
+
+def test_what_a_level_cannot_show_is_told_beside_a_change() -> None:
+    answer = found(level(BOTH_WAYS, 150.0), level(ONE_WAY, 150.0, 1.6, seed=2))
+    assert answer.kind == "changed" and {c.effect for c in answer.changed} == {FRICTION}
+    assert "Whether backlash changed cannot be told" in answer.sentence
+
+
+def test_within_is_what_the_levels_may_differ_by() -> None:
+    """Not how well the value is known that they share: one level shows little of it."""
+    answer = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2, u=20.0))
+    assert answer.kind == "nothing" and not answer.not_shown
+    [play] = [u for u in answer.unchanged if u.effect == "backlash"]
+    before, after = next(b.values for b in answer.by_itself if b.parameter == "play_rad")
+    assert play.within > 0.5 * abs(before - after) and play.within > 3 * play.u
+    assert f"backlash within {play.within / play.value:.1%}" in answer.sentence
+
+
+# --- what changed by no number ------------------------------------------------------------
+
+
+def test_a_change_of_no_number_is_not_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However much better the readings are followed with two values that are as good as one."""
+
+    def less_known(choices: Sequence[Choice]) -> Weighed | None:
+        return weigh(
+            [replace(c, fit=replace(c.fit, covariance=1e4 * c.fit.covariance)) for c in choices]
+        )
+
+    tables = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, 1.2, seed=2)
+    assert found(*tables).kind == "changed"
+    monkeypatch.setattr("cbpt.lab.change.change.weigh", less_known)
+    answer = found(*tables)
+    assert answer.kind == "undecided" and answer.hidden == (FRICTION,) and not answer.changed
+    assert f"But no number of {FRICTION} differs by more than twice" in answer.sentence
+    assert "but no number of it" not in answer.sentence
+
+
+def test_a_difference_may_be_known_better_than_both_values() -> None:
+    """What is stated of a stiffness is the same at both levels."""
+    softer = level(BOTH_WAYS, 150.0, seed=2)
+    torque = softer["torque_Nm"]
+    answer = cbpt.change(
+        CASE | {"uncertainty": {"contact_stiffness_rel": 0.02, "torque_gain_rel": 0.02}},
+        level(BOTH_WAYS, 150.0),
+        with_more(softer, 60 * 0.015 * torque),
+        effects=[FRICTION, "backlash"],
+    )
+    assert answer.kind == "changed"
+    assert {"contact_stiffness"} <= {c.effect for c in answer.changed}
+
+
+# --- what one level holds and the other has not -------------------------------------------
+
+
+def with_more(table: dict[str, NDArray[np.float64]], more: NDArray[np.float64]) -> Any:
+    return table | {"elastic_angle_arcsec": table["elastic_angle_arcsec"] + more}
+
+
+def test_a_slip_in_one_level_keeps_the_answer_from_nothing() -> None:
+    """The noise of that level takes it up, and no number changes."""
+    before, after = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2)
+    place = len(BOTH_WAYS) + 30
+    slip = np.where((after["run"] == 2) & (np.arange(len(after["run"])) >= place), 300.0, 0.0)
+    answer = found(before, with_more(after, slip))
+    assert answer.kind == "undecided" and answer.probability < 0.5 and not answer.unchanged
+    assert "Nothing changed" not in answer.sentence
+    odd = answer.to_dict()["odd_level"]
+    assert (odd["level"], odd["other"], odd["run"]) == ("after", "before", "2")
+    assert odd["jump_arcsec"] == pytest.approx(300, rel=0.1)
+    assert odd["jump_Nm"] == pytest.approx(BOTH_WAYS[30], abs=1)
+    assert "most of it in run 2, where the angle jumps by " in answer.sentence
+    # The other way round it is the other level.
+    turned = found(with_more(after, slip), before).odd_level
+    assert turned is not None and (turned.level, turned.other) == (0, 1)
+
+
+def test_what_wanders_in_one_level_is_no_jump() -> None:
+    before, after = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2)
+    wanders = 60 * np.sin(2 * np.pi * np.arange(len(after["run"])) / 37)
+    answer = found(before, with_more(after, wanders))
+    assert answer.kind != "nothing" and "Nothing changed" not in answer.sentence
+    if answer.odd_level is not None:
+        assert answer.odd_level.jump_arcsec is None
+
+
+def test_what_is_left_of_both_levels_alike_says_nothing() -> None:
+    law = 40 * np.sin(np.tile(BOTH_WAYS, 2) / 2)
+    tables = [with_more(level(BOTH_WAYS, 150.0, seed=s), law) for s in (1, 2)]
+    answer = found(*tables)
+    assert answer.kind == "nothing" and answer.odd_level is None
+
+
+def test_more_scatter_is_no_rest() -> None:
+    answer = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2, u=12.0))
+    assert answer.kind == "nothing" and answer.odd_level is None
