@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.lab.change.posterior import Choice, Weighed, weigh
+from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.selection.fit_effects import fits_of_forms
 from common.friction_loops import FRICTION
 
 STIFF = {"torsional_stiffness_Nm_per_arcmin": 1.0}
@@ -165,3 +167,22 @@ def test_what_is_left_of_both_levels_alike_says_nothing() -> None:
 def test_more_scatter_is_no_rest() -> None:
     answer = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2, u=12.0))
     assert answer.kind == "nothing" and answer.odd_level is None
+
+
+# --- what cannot be fitted to one level ---------------------------------------------------
+
+
+def test_the_level_that_effects_cannot_be_fitted_to_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fits(fitter: Fitter, *given: Any) -> Any:
+        if fitter.campaign.readings.torque_Nm.min() > 0:
+            raise cbpt.InvalidInputError("the angles do not depend on the parameters")
+        return fits_of_forms(fitter, *given)
+
+    monkeypatch.setattr("cbpt.lab.change.parties.fits_of_forms", fits)
+    tables = level(BOTH_WAYS, 150.0), level(ONE_WAY, 150.0, seed=2)
+    with pytest.raises(cbpt.InvalidInputError, match=r"^after: .* do not show .* together"):
+        found(*tables)
+    with pytest.raises(cbpt.InvalidInputError, match=r"^the angles do not depend"):
+        found(tables[1], tables[1])

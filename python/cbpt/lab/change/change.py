@@ -151,7 +151,8 @@ def change(
         campaigns, histories = with_their_history(
             [prepared(campaign_of(case, part, own))[0] for part in parts]
         )
-        candidates = _fitted(campaigns, ids, _forms(answers), part_of(tell, _DIAGNOSED, _FITTED))
+        told = part_of(tell, _DIAGNOSED, _FITTED)
+        candidates = _fitted(dict(zip(names, campaigns, strict=True)), ids, _forms(answers), told)
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
@@ -208,7 +209,7 @@ def _forms(answers: Sequence[Diagnosis]) -> set[str]:
 
 
 def _fitted(
-    campaigns: Sequence[Campaign],
+    campaigns: Mapping[str, Campaign],
     sets: Sequence[Sequence[str]],
     forms: Collection[str],
     tell: Progress,
@@ -217,10 +218,27 @@ def _fitted(
     found = []
     for k, ids in enumerate(sets):
         tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
-        levels = levels_of(campaigns, ids, forms)
+        try:
+            levels = levels_of(list(campaigns.values()), ids, forms)
+        except InvalidInputError as why:
+            blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
+            if len(blind) in (0, len(campaigns)):
+                raise
+            raise InvalidInputError(
+                f"{listed(blind)}: the readings do not show {listed(ids)} together, which others "
+                f"show, so whether they changed cannot be told ({why}); load "
+                f"{'it' if len(blind) == 1 else 'them'} as the others, or name effects to fit"
+            ) from why
         if levels is not None:
             found.append(levels)
     return found
+
+
+def _shows(campaign: Campaign, effects: Sequence[str], forms: Collection[str]) -> bool:
+    """Whether some effects can be fitted to a level alone."""
+    with suppress(InvalidInputError):
+        return levels_of([campaign], effects, forms) is not None
+    return False
 
 
 def _between_runs_arcsec(levels: Levels) -> float | None:
