@@ -17,7 +17,7 @@ from cbpt.lab.change.rest import Rest, rest_of
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.change.text import _told
 from cbpt.lab.model.own_terms import campaign_of
-from common.friction_loops import FRICTION, SPRING, found, loops
+from common.friction_loops import FRICTION, LOOP, SPRING, found, loops
 
 
 def play(play_arcsec: float, seed: int = 1) -> dict[str, NDArray[np.float64]]:
@@ -186,3 +186,37 @@ def test_a_value_at_its_bound_is_at_a_limit() -> None:
         limits.append(friction.limits)
         assert (friction.u_after is None) == (friction.limits[1] is not None)
     assert limits == [(None, None), (None, "upper"), (None, None)]
+
+
+def late(seconds_a_step: float, seed: int) -> dict[str, NDArray[np.float64]]:
+    """Two loops with friction, at a rate, read by a torque sensor that is late by 0.4 s."""
+    n = len(LOOP)
+    plan = {
+        "run": np.repeat([1.0, 2.0], n),
+        "torque_Nm": np.tile(LOOP, 2),
+        "time_s": seconds_a_step * np.arange(2.0 * n),
+        "elastic_angle_arcsec": np.zeros(2 * n),
+    }
+    effects = [
+        {"id": FRICTION, "friction_torque_Nm": 1.0, "engagement_angle_arcsec": 30.0},
+        {"id": "torque_lag", "lag_s": 0.4},
+    ]
+    rows = cbpt.read_readings(plan, need_preload=False)
+    case = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}, "effect": effects}
+    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=2.0)
+    return plan | {
+        "elastic_angle_arcsec": np.array(made.elastic_angle_arcsec),
+        "u_elastic_angle_arcsec": np.full(2 * n, 2.0),
+    }
+
+
+def test_a_late_sensor_at_another_rate_is_no_certain_change_of_friction() -> None:
+    """One lag that both campaigns share explains what the rate does, and nothing has changed."""
+    unlike = found(late(1.0, 1), late(0.25, 2))
+    assert unlike.kind != "changed" or FRICTION not in {
+        c.effect for c in unlike.changed if not c.rivals
+    }, unlike.sentence
+    assert any("Measure all levels at one rate" in note for note in unlike.notes)
+    alike = found(late(1.0, 1), late(1.0, 2))
+    assert alike.kind == "nothing", alike.sentence
+    assert not any("at one rate" in note for note in alike.notes)

@@ -5,8 +5,10 @@ plausible         whether its error in a choice is
 
 A diagnosis of each level names what that level needs; an error of an instrument that is there at
 one level alone may be taken for a change of what every level has. So each one that the rig may have
-is fitted beside the effects of the best answer, and in place of each that changed in it. So is a
-joint that takes the whole torque: of a fixture that is there at one level alone.
+is fitted beside the effects of the best answer, and in place of each that changed in it. One that
+all levels share may do the same where what it does differs with how a level is loaded, as a lag
+does with the rate: then nothing has changed. So is a joint that takes
+the whole torque fitted: of a fixture that is there at one level alone.
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ from cbpt.lab.change.parties import (
 )
 from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.progress import untold
+from cbpt.lab.inference.evidence import Fit
+from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.rules import RULES
@@ -83,21 +87,23 @@ def _as_good(levels: Levels, other: Levels) -> bool:
 
 
 def _plausible(levels: Levels, form: Variant) -> bool:
-    """Whether some level may do without an error, and none needs an implausible one. What every
-    level shows is no change, and was for their diagnoses to say."""
-    sizes = [
-        [
-            (abs(fit.value(u)), fit.u(u))
-            for u in fit.unknowns
-            if u.name.startswith(form.effect + ".")
-        ]
+    """Whether no level needs an implausible error."""
+    most = _most(form)
+    return all(
+        abs(fit.value(u)) <= high
         for fit in levels.fits
-    ]
-    ratios = form.ratios or (1.0,) * len(form.sizes)
-    most = [form.high * ratio for ratio in ratios]
-    return any(all(size < 2 * u for size, u in level[: len(most)]) for level in sizes) and all(
-        size <= high for level in sizes for (size, _), high in zip(level, most, strict=False)
+        for u, high in zip(_sizes(fit, form), most, strict=True)
     )
+
+
+def _sizes(fit: Fit, form: Variant) -> list[Unknown]:
+    own = [u for u in fit.unknowns if u.name.startswith(form.effect + ".")]
+    return own[: len(form.sizes)]
+
+
+def _most(form: Variant) -> list[float]:
+    """The largest plausible sizes."""
+    return [form.high * ratio for ratio in form.ratios or (1.0,) * len(form.sizes)]
 
 
 def plausible(choice: Choice) -> bool:
@@ -106,19 +112,18 @@ def plausible(choice: Choice) -> bool:
     form, unknowns = choice.levels.variants[-1], choice.levels.fits[0].unknowns
     last = len(choice.levels.variants) - 1
     places = [i for i, u in enumerate(unknowns) if u.size_of == last]
-    ratios = form.ratios or (1.0,) * len(places)
     return all(
-        abs(choice.fit.value(level, place)[0] * unknowns[place].unit) <= form.high * ratio
+        abs(choice.fit.value(level, place)[0] * unknowns[place].unit) <= high
         for level in range(len(choice.levels.fits))
-        for place, ratio in zip(places, ratios, strict=True)
+        for place, high in zip(places, _most(form), strict=True)
     )
 
 
 def _choices(best: Choice, levels: Levels, instrument: str) -> Sequence[frozenset[str]]:
-    """What may have changed: the instrument, it and what else changed, it in place of each of
-    that."""
+    """What may have changed: nothing, with an error that all levels share; what else changed, all
+    or all but one; each of these with the instrument."""
     possible = {v.effect for v in levels.variants} | PRIORS.keys()
     changed = best.changed & possible
+    rest = [frozenset[str](), changed, *(changed - {effect} for effect in sorted(changed))]
     one = frozenset({instrument})
-    more = [changed | one, *((changed - {effect}) | one for effect in sorted(changed))]
-    return list(dict.fromkeys([one, *more]))
+    return list(dict.fromkeys([*rest, *(names | one for names in rest)]))

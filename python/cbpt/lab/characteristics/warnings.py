@@ -17,7 +17,7 @@ from cbpt.lab.characteristics.symmetry import middle_of
 from cbpt.lab.characteristics.uncertainty import LoopSet
 from cbpt.lab.wording.numbers import rounded
 
-_RATES = 1.5
+RATES = 1.5
 """Loops whose rates differ by more than this factor are not alike."""
 _OFF_RATED = 0.1
 """Share by which the amplitude of a full loop may differ from the rated torque."""
@@ -122,7 +122,7 @@ def _open(loops: LoopSet) -> Iterator[str]:
 
 def _rates(every: Sequence[Loop]) -> Iterator[str]:
     rates = [loop.rate_Nm_per_s for loop in every if loop.rate_Nm_per_s]
-    if rates and max(rates) > _RATES * min(rates):
+    if rates and max(rates) > RATES * min(rates):
         yield (
             f"The torque changes at {rounded(min(rates))} to {rounded(max(rates))} N m/s from loop "
             "to loop. Loops of reducers depend on the rate (Machines 2022, 10, 765); use one rate."

@@ -1,6 +1,7 @@
 """The library that suits a reducer.
 
-library_of  forms of effects with what is plausible for them, and those that are asked for
+library_of             forms of effects with what is plausible for them, and those asked for
+typical_rate_Nm_per_s  at which a table's torque changes
 
 The sizes of `library` are those of ball drives. A torsion spring may turn by seconds of arc or by
 degrees, so its sizes are shares of what the table reaches: the largest torque, the angle that the
@@ -39,6 +40,7 @@ from cbpt.lab.model.priors import (
     torque_zeros,
     warm_ups,
 )
+from cbpt.lab.readings.readings import Readings
 from cbpt.results import solve_many
 
 
@@ -105,17 +107,20 @@ def _rate_frictions(campaign: Campaign) -> Iterator[Variant]:
 
 def _lags(campaign: Campaign, torque_Nm: float) -> tuple[Variant, ...]:
     """A lag of the torque readings, where the torque changes with time."""
-    readings = campaign.readings
+    rate = typical_rate_Nm_per_s(campaign.readings)
+    return () if rate is None else torque_lags(torque_Nm, rate)
+
+
+def typical_rate_Nm_per_s(readings: Readings) -> float | None:
+    """At which the torque changes where it does; None where it does not, or without times."""
     if readings.time_s is None:
-        return ()
+        return None
     order = np.lexsort((readings.time_s, readings.run_index))
     same_run = np.diff(readings.run_index[order]) == 0
     time_s = np.diff(readings.time_s[order])[same_run]
     step_Nm = np.abs(np.diff(readings.torque_Nm[order]))[same_run]
     moving = (time_s > 0) & (step_Nm > 0)
-    if not moving.any():
-        return ()
-    return torque_lags(torque_Nm, float(np.median(step_Nm[moving] / time_s[moving])))
+    return float(np.median(step_Nm[moving] / time_s[moving])) if moving.any() else None
 
 
 def _reach(campaign: Campaign) -> tuple[float, float]:
