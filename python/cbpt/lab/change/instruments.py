@@ -120,10 +120,10 @@ def plausible(choice: Choice) -> bool:
 
 
 def _choices(best: Choice, levels: Levels, instrument: str) -> Sequence[frozenset[str]]:
-    """What may have changed: nothing, with an error that all levels share; what else changed, all
-    or all but one; each of these with the instrument."""
+    """What may have changed: nothing, or all but one of what else did, with an error that all
+    levels share; the instrument, it and what else changed, it in place of each of that."""
     possible = {v.effect for v in levels.variants} | PRIORS.keys()
     changed = best.changed & possible
-    rest = [frozenset[str](), changed, *(changed - {effect} for effect in sorted(changed))]
+    fewer = [frozenset[str](), *(changed - {effect} for effect in sorted(changed))]
     one = frozenset({instrument})
-    return list(dict.fromkeys([*rest, *(names | one for names in rest)]))
+    return list(dict.fromkeys([*fewer, *(names | one for names in (*fewer, changed))]))
