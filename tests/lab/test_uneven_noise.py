@@ -77,6 +77,9 @@ def test_runs_of_five_times_the_scatter_are_loose() -> None:
         10 * np.abs(TORQUE_NM),
         10 * np.sign(TORQUE_NM),
         10 * TORQUE_NM**2 * np.sign(TORQUE_NM),
+        # Between two readings.
+        10 * np.sign(np.abs(TORQUE_NM) - 2.5) * np.sign(TORQUE_NM),
+        3 * np.where(np.round(TORQUE_NM) % 2, 1.0, -1.0),
     ],
 )
 def test_a_law_of_one_run_is_no_scatter(law: Floats) -> None:
