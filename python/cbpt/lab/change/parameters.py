@@ -159,11 +159,21 @@ def _apart(fit: Shared, place: int) -> Iterator[tuple[float, float]]:
 
 
 def differs(choice: Choice, effect: str) -> bool:
-    """Whether any number of an effect differs between two levels by more than twice the uncertainty
-    of the difference. A fit that stands for that of a twin does not show it."""
-    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
-    pairs = [pair for place in group.unknowns for pair in _apart(choice.fit, place)]
-    return choice.stands_for or any(abs(d) > 2 * u for d, u in pairs)
+    """Whether the numbers of an effect differ between two levels, all together, by more than chance
+    lets one do by twice its uncertainty: a size and a time constant may each be hardly known, and
+    what they do together well. A fit that stands for that of a twin does not show it."""
+    from scipy.special import chdtrc
+
+    places = list(next(g for g in groups_of(choice.levels) if g.effect == effect).unknowns)
+    fit = choice.fit
+    chances = []
+    for a, b in combinations(fit.slots[:, places], 2):
+        off = fit.x[a] - fit.x[b]
+        ends = np.concatenate([a, b])
+        sign = np.hstack([np.eye(len(places)), -np.eye(len(places))])
+        spread = sign @ fit.covariance[np.ix_(ends, ends)] @ sign.T
+        chances.append(float(chdtrc(len(places), off @ np.linalg.pinv(spread) @ off)))
+    return choice.stands_for or min(chances) < float(chdtrc(1, 2.0**2))
 
 
 def unchanged_of(weighed: Weighed, held: Sequence[Held]) -> list[Unchanged]:
