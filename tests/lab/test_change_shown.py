@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import cbpt
+from cbpt.lab.change.parameters import differs
 from cbpt.lab.change.posterior import Choice, Weighed, weigh
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.selection.fit_effects import fits_of_forms
@@ -186,3 +188,20 @@ def test_the_level_that_effects_cannot_be_fitted_to_is_named(
         found(*tables)
     with pytest.raises(cbpt.InvalidInputError, match=r"^the angles do not depend"):
         found(tables[1], tables[1])
+
+
+@pytest.mark.parametrize(("off", "expected"), [((0.0, 1.5), True), ((1.0, 1.1), False)])
+def test_numbers_that_are_known_together_alone_differ_together(
+    off: tuple[float, float], expected: bool
+) -> None:
+    """A size and a time constant, each known to 1 and their difference to 0.2."""
+    own = np.array([[1.0, 0.98], [0.98, 1.0]])
+    unknowns = [SimpleNamespace(name=f"creep.{name}") for name in ("size", "time")]
+    fit = SimpleNamespace(
+        slots=np.array([[0, 1], [2, 3]]),
+        x=np.array([0.0, 0.0, *off]),
+        covariance=np.kron(0.5 * np.eye(2), own),
+    )
+    levels = SimpleNamespace(fits=[SimpleNamespace(unknowns=unknowns)])
+    choice = SimpleNamespace(levels=levels, fit=fit, stands_for=False)
+    assert differs(cast(Choice, choice), "creep") is expected
