@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -37,19 +38,28 @@ def loops(
             }
         ],
     }
-    n = len(LOOP)
+    read = read_from(case, LOOP, seed=seed, u=u)
+    return read | {"u_elastic_angle_arcsec": np.full(2 * len(LOOP), 2.0)}
+
+
+def read_from(
+    case: Mapping[str, object],
+    torque_Nm: NDArray[np.float64],
+    seconds_a_step: float = 1.0,
+    seed: int = 1,
+    u: float = 2.0,
+) -> dict[str, NDArray[np.float64]]:
+    """Two runs of these torques, simulated; no uncertainty is stated."""
+    n = len(torque_Nm)
     plan = {
         "run": np.repeat([1.0, 2.0], n),
-        "torque_Nm": np.tile(LOOP, 2),
-        "time_s": np.arange(2.0 * n),
+        "torque_Nm": np.tile(torque_Nm, 2),
+        "time_s": seconds_a_step * np.arange(2.0 * n),
         "elastic_angle_arcsec": np.zeros(2 * n),
     }
     rows = cbpt.read_readings(plan, need_preload=False)
     made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=u)
-    return plan | {
-        "elastic_angle_arcsec": np.array(made.elastic_angle_arcsec),
-        "u_elastic_angle_arcsec": np.full(2 * n, 2.0),
-    }
+    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
 
 
 def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:

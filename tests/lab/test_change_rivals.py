@@ -17,7 +17,7 @@ from cbpt.lab.change.rest import Rest, rest_of
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.change.text import _told
 from cbpt.lab.model.own_terms import campaign_of
-from common.friction_loops import FRICTION, LOOP, SPRING, found, loops
+from common.friction_loops import FRICTION, LOOP, SPRING, found, loops, read_from
 
 
 def play(play_arcsec: float, seed: int = 1) -> dict[str, NDArray[np.float64]]:
@@ -190,24 +190,13 @@ def test_a_value_at_its_bound_is_at_a_limit() -> None:
 
 def late(seconds_a_step: float, seed: int) -> dict[str, NDArray[np.float64]]:
     """Two loops with friction, at a rate, read by a torque sensor that is late by 0.4 s."""
-    n = len(LOOP)
-    plan = {
-        "run": np.repeat([1.0, 2.0], n),
-        "torque_Nm": np.tile(LOOP, 2),
-        "time_s": seconds_a_step * np.arange(2.0 * n),
-        "elastic_angle_arcsec": np.zeros(2 * n),
-    }
     effects = [
         {"id": FRICTION, "friction_torque_Nm": 1.0, "engagement_angle_arcsec": 30.0},
         {"id": "torque_lag", "lag_s": 0.4},
     ]
-    rows = cbpt.read_readings(plan, need_preload=False)
     case = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}, "effect": effects}
-    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=2.0)
-    return plan | {
-        "elastic_angle_arcsec": np.array(made.elastic_angle_arcsec),
-        "u_elastic_angle_arcsec": np.full(2 * n, 2.0),
-    }
+    read = read_from(case, LOOP, seconds_a_step, seed)
+    return read | {"u_elastic_angle_arcsec": np.full(2 * len(LOOP), 2.0)}
 
 
 def test_a_late_sensor_at_another_rate_is_no_certain_change_of_friction() -> None:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.change.parameters import differs
 from cbpt.lab.change.posterior import Choice, Weighed, weigh
+from cbpt.lab.change.shared import Shared
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.selection.fit_effects import fits_of_forms
-from common.friction_loops import FRICTION
+from common.friction_loops import FRICTION, read_from
 
 STIFF = {"torsional_stiffness_Nm_per_arcmin": 1.0}
 CASE = {
@@ -44,16 +45,7 @@ def level(
             {"id": "backlash", "play_arcsec": play_arcsec, "transition_torque_Nm": 0.5},
         ],
     }
-    n = len(torque_Nm)
-    plan = {
-        "run": np.repeat([1.0, 2.0], n),
-        "torque_Nm": np.tile(torque_Nm, 2),
-        "time_s": np.arange(2.0 * n),
-        "elastic_angle_arcsec": np.zeros(2 * n),
-    }
-    rows = cbpt.read_readings(plan, need_preload=False)
-    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=u)
-    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
+    return read_from(case, torque_Nm, seed=seed, u=u)
 
 
 def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
@@ -197,10 +189,15 @@ def test_numbers_that_are_known_together_alone_differ_together(
     """A size and a time constant, each known to 1 and their difference to 0.2."""
     own = np.array([[1.0, 0.98], [0.98, 1.0]])
     unknowns = [SimpleNamespace(name=f"creep.{name}") for name in ("size", "time")]
-    fit = SimpleNamespace(
+    fit = Shared(
+        separate=frozenset({0, 1}),
         slots=np.array([[0, 1], [2, 3]]),
         x=np.array([0.0, 0.0, *off]),
         covariance=np.kron(0.5 * np.eye(2), own),
+        bounds=(np.full(4, -9.0), np.full(4, 9.0)),
+        points=(),
+        misfit=0.0,
+        log_evidence=0.0,
     )
     levels = SimpleNamespace(fits=[SimpleNamespace(unknowns=unknowns)])
     choice = SimpleNamespace(levels=levels, fit=fit, stands_for=False)

@@ -2,7 +2,7 @@
 
 changed_of    parameters of the groups that more likely changed than not
 held_of       sizes and numbers that all levels share, and what each level says of them
-differs       whether any number of an effect that changed does
+differs       whether the numbers of an effect do, all together
 unchanged_of  those that one value describes at all levels
 by_itself     sizes that each level has if nothing is shared
 """
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -73,7 +72,11 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
         limits=limits,
         trend=trend_of(values, all_u),
         is_shape=_is_shape(levels, place),
-        apart=max(best.apart(a, b, place) for a, b in combinations(levels_k, 2)) / max(doubts),
+        apart=max(
+            abs(d) / np.sqrt(variance) if variance > 0 else 0.0
+            for d, variance in _differences(best, place)
+        )
+        / max(doubts),
     )
 
 
@@ -141,7 +144,9 @@ def _held(best: Choice, group: Group) -> Held | None:
         abs(si) * float(np.hypot(free.x[s] - fit.x[place], np.sqrt(free.covariance[s, s])))
         for s in slots
     ]
-    within = abs(si) * max(float(np.hypot(d, u_d)) for d, u_d in _apart(free, place))
+    within = abs(si) * max(
+        float(np.sqrt(d**2 + variance)) for d, variance in _differences(free, place)
+    )
     name = _name(levels, place)
     return Held(
         number=Unchanged(group.effect, name, unit_of(name), value, u, within),
@@ -150,30 +155,24 @@ def _held(best: Choice, group: Group) -> Held | None:
     )
 
 
-def _apart(fit: Shared, place: int) -> Iterator[tuple[float, float]]:
-    """What the values of any two levels differ by, and the uncertainty of that: what they share
-    with the other numbers drops out."""
-    for a, b in combinations(fit.slots[:, place].tolist(), 2):
-        variance = float(fit.covariance[[a, a, b], [a, b, b]] @ [1.0, -2.0, 1.0])
-        yield float(fit.x[a] - fit.x[b]), float(np.sqrt(max(variance, 0.0)))
-
-
 def differs(choice: Choice, effect: str) -> bool:
     """Whether the numbers of an effect differ between two levels, all together, by more than chance
     lets one do by twice its uncertainty: a size and a time constant may each be hardly known, and
     what they do together well. A fit that stands for that of a twin does not show it."""
     from scipy.special import chdtrc
 
-    places = list(next(g for g in groups_of(choice.levels) if g.effect == effect).unknowns)
-    fit = choice.fit
-    chances = []
-    for a, b in combinations(fit.slots[:, places], 2):
-        off = fit.x[a] - fit.x[b]
-        ends = np.concatenate([a, b])
-        sign = np.hstack([np.eye(len(places)), -np.eye(len(places))])
-        spread = sign @ fit.covariance[np.ix_(ends, ends)] @ sign.T
-        chances.append(float(chdtrc(len(places), off @ np.linalg.pinv(spread) @ off)))
+    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    chances = [
+        float(chdtrc(len(off), off @ np.linalg.pinv(covariance) @ off))
+        for off, covariance in choice.fit.differences(group.unknowns)
+    ]
     return choice.stands_for or min(chances) < float(chdtrc(1, 2.0**2))
+
+
+def _differences(fit: Shared, place: int) -> Iterator[tuple[float, float]]:
+    """By which the values of any two levels differ, and the variance of that."""
+    for off, covariance in fit.differences([place]):
+        yield float(off[0]), max(float(covariance[0, 0]), 0.0)
 
 
 def unchanged_of(weighed: Weighed, held: Sequence[Held]) -> list[Unchanged]:

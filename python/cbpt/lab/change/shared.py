@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,11 +65,13 @@ class Shared:
         slot = self.slots[level, unknown]
         return float(self.x[slot]), float(np.sqrt(self.covariance[slot, slot]))
 
-    def apart(self, one: int, other: int, unknown: int) -> float:
-        """By how many standard uncertainties of it the values of two levels differ."""
-        a, b = self.slots[[one, other], unknown]
-        square = float(self.covariance[a, a] + self.covariance[b, b] - 2 * self.covariance[a, b])
-        return abs(float(self.x[a] - self.x[b])) / float(np.sqrt(square)) if square > 0 else 0.0
+    def differences(self, unknowns: Sequence[int]) -> Iterator[tuple[Floats, Floats]]:
+        """What the values of any two levels differ by, shape (k,), and the covariance of that: what
+        they share with the other numbers drops out."""
+        for a, b in combinations(self.slots[:, list(unknowns)], 2):
+            crossed = self.covariance[np.ix_(a, b)]
+            own = self.covariance[np.ix_(a, a)] + self.covariance[np.ix_(b, b)]
+            yield self.x[a] - self.x[b], own - crossed - crossed.T
 
     def limit(self, level: int, unknown: int) -> float | None:
         """The bound that a value ends at, in its unit; None where it lies within its range."""

@@ -37,7 +37,7 @@ def may_be_local_law(fitter: Fitter, fit: Fit, chance: float) -> bool:
         return False
     own = noise.scale * c.u_arcsec
     sd = own if noise.beside_arcsec is None else np.hypot(own, noise.beside_arcsec)
-    order = np.argsort(c.readings.run_index, kind="stable")
+    order = c.rows.order
     z = (left_by(c, fit) / sd)[order]
     follows = np.diff(c.readings.run_index[order]) == 0
     return _smooth(z[1:][follows] * z[:-1][follows]) < chance and any(
