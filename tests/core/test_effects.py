@@ -169,7 +169,7 @@ def test_every_effect_that_the_rig_has_is_compared() -> None:
     ids = [spec.id for spec in _core.effect_specs() if "ball_drive" in spec.reducers]
     # test_loop_forms.py, test_breakaway.py
     of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
-    of_torque = {"torque_zero", "torque_lag", "torque_hysteresis"}
+    of_torque = {"torque_zero", "torque_lag", "torque_hysteresis", "damping"}
     instruments = {*of_torque, "preload_crosstalk", "shaft_shift", "sensor_hysteresis"}
     alone = {"run_offset", "span_drift", *instruments, *of_loops}
     assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
@@ -202,13 +202,13 @@ def test_a_zero_error_of_the_torque_is_another_torque(case: str) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_torque_that_lags_and_one_with_hysteresis_are_other_torques(case: str) -> None:
+def test_a_torque_that_lags_one_with_hysteresis_and_damping_are_other_torques(case: str) -> None:
     """By their equations, reading for reading."""
     torque = ROWS.torque_Nm
     drive = Drive.from_dict(CASES[case])
     for effect, number, value in (
         ("torque_lag", "lag_s", 0.7),
-        ("torque_lag", "lag_s", -0.7),
+        ("damping", "time_constant_s", 0.7),
         ("torque_hysteresis", "half_width_Nm", 0.2),
         ("torque_hysteresis", "half_width_Nm", -0.2),
     ):
@@ -256,10 +256,10 @@ def _added(effect: str, value: float, time_s: Floats, torque_Nm: Floats) -> Floa
     before = np.r_[0, np.arange(len(time_s) - 1)]
     rate = (torque_Nm[after] - torque_Nm[before]) / (time_s[after] - time_s[before])
     rate[0] = 0.0  # from rest
-    if value > 0:
+    if effect == "torque_lag":
         return np.asarray(value * rate)
     late = solve_ivp(
-        lambda t, m: -np.interp(t, time_s, rate) + m / value,
+        lambda t, m: -np.interp(t, time_s, rate) - m / value,
         (time_s[0], time_s[-1]),
         [0.0],
         t_eval=time_s,

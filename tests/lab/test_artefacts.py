@@ -115,13 +115,13 @@ def test_a_torque_sensor_off_zero_is_no_nonlinear_angle_sensor() -> None:
     ("effect", "parameter", "value"),
     [
         ("torque_lag", "lag_s", 1.5),
-        ("torque_lag", "lag_s", -1.5),
+        ("damping", "time_constant_s", 1.5),
         ("torque_hysteresis", "half_width_Nm", 0.12),
         ("preload_crosstalk", "crosstalk_force_N", 25.0),
         ("span_drift", "rate_per_K", 0.01),
     ],
 )
-def test_what_data_sheets_of_instruments_state_is_no_friction(
+def test_what_data_sheets_of_instruments_state_and_damping_are_no_friction(
     effect: str, parameter: str, value: float
 ) -> None:
     """Nor a spring or a preload that follows the temperature."""
@@ -129,7 +129,7 @@ def test_what_data_sheets_of_instruments_state_is_no_friction(
     readings = cbpt.simulate(CASE, TABLE, effects=[(effect, {parameter: value, **at})], seed=1)
     found = cbpt.diagnose(CASE, readings)
     assert found.verdict.effects == (effect,)
-    assert found.verdict.kind == ("effect" if effect == "span_drift" else "rig")
+    assert found.verdict.kind == ("effect" if effect in ("span_drift", "damping") else "rig")
     fitted = found.parameters(found.after, effect)[parameter]
     assert fitted["value"] == pytest.approx(value, abs=3 * fitted["u"])
 

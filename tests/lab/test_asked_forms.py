@@ -61,11 +61,14 @@ def test_a_form_is_fitted_where_it_is_asked_for(effect: str) -> None:
 
 def test_no_diagnosis_proposes_them() -> None:
     assert set(HIDDEN) == set(ON_REQUEST)
-    readings = cbpt.compare(CASE, table("hard_stop")).readings
-    campaign = campaign_of(cbpt.Case.from_dict(CASE), readings, ())
-    assert not {v.effect for v in Fitter(campaign).variants} & set(ON_REQUEST)
-    asked = Fitter(campaign, asked=["rate_friction"])
-    assert {v.effect for v in asked.variants} & set(ON_REQUEST) == {"rate_friction"}
+    """But for friction by the rate where there are times, as a late torque sensor looks like it."""
+    timeless = {k: column for k, column in table("hard_stop").items() if k != "time_s"}
+    for data, proposed in ((timeless, set[str]()), (table("hard_stop"), {"rate_friction"})):
+        campaign = campaign_of(cbpt.Case.from_dict(CASE), cbpt.compare(CASE, data).readings, ())
+        assert {v.effect for v in Fitter(campaign).variants} & set(ON_REQUEST) == proposed
+        asked = Fitter(campaign, asked=["hard_stop"])
+        wanted = proposed | {"hard_stop"}
+        assert {v.effect for v in asked.variants} & set(ON_REQUEST) == wanted
 
 
 def test_a_lag_of_the_torque_is_fitted_to_a_spring_where_it_is_asked_for() -> None:

@@ -111,6 +111,19 @@ def test_on_a_spring_a_late_torque_sensor_has_a_name() -> None:
     assert value["value"] == pytest.approx(1.5, abs=0.15)
 
 
+def test_on_a_spring_a_damper_is_no_torque_sensor_that_leads() -> None:
+    """The spring carries 0.03 N m less for each arcsec/s."""
+    fine = np.arange(0.0, 60.0, 0.01)
+    load = 8 * np.sin(2 * np.pi * (fine / 40 + (fine / 60) ** 2))
+    angle = np.zeros(len(fine))
+    for i in range(1, len(fine)):
+        angle[i] = angle[i - 1] + 0.01 / 0.03 * (load[i - 1] - angle[i - 1] / 60)
+    found = on_a_spring(load[::60], angle[::60], fine[::60])
+    assert "damping" in told(found) and found.verdict.kind == "effect", found.sentence
+    value = found.parameters(found.after, "damping")["time_constant_s"]
+    assert value["value"] == pytest.approx(1.8, abs=0.05)
+
+
 def test_on_a_spring_a_ratio_that_drifts_is_no_certain_creep_without_a_note() -> None:
     """A stiffness that falls by 5 % along the runs."""
     time = np.arange(0.0, 80.0, 2.0)

@@ -30,6 +30,7 @@ pub mod breakaway_friction;
 pub mod contact_angle;
 pub mod contact_stiffness;
 pub mod creep;
+pub mod damping;
 pub mod distributed_friction;
 pub mod drift;
 pub mod eccentric_bearing;
@@ -67,7 +68,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 36] = [
+pub static LIBRARY: [&Spec; 37] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -93,6 +94,7 @@ pub static LIBRARY: [&Spec; 36] = [
     &distributed_friction::SPEC,
     &rate_friction::SPEC,
     &breakaway_friction::SPEC,
+    &damping::SPEC,
     &preload_loss::SPEC,
     &preload_spring::SPEC,
     &thermal_preload::SPEC,

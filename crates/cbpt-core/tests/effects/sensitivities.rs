@@ -33,7 +33,7 @@ fn check_sensitivities(label: &str, predictor: &mut Predictor, values: &[f64]) {
         // Differences see the angle to about 1e-15 rad.
         let tolerance = 1e-5 * size + 1e-14 / h;
         for (row, (exact, difference)) in exact.iter().zip(&difference).enumerate() {
-            if ["torque_zero", "torque_lag", "torque_hysteresis"].contains(&id.as_str())
+            if ["torque_zero", "torque_lag", "torque_hysteresis", "damping"].contains(&id.as_str())
                 && campaign().torque_Nm[row] == 0.0
             {
                 continue; // a bearing, a play and a joint that differs by the sign have a kink there

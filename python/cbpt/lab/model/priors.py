@@ -331,9 +331,10 @@ def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
 
 
 def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:
-    """A lag that is an error of 0.2 to 20 % of the largest torque at the rate of the table."""
+    """Torque or angle late by 0.2 to 20 % of the largest torque at the rate of the table."""
     low, high = 0.002 * torque_Nm / rate_Nm_per_s, 0.2 * torque_Nm / rate_Nm_per_s
-    return (Variant("torque_lag", ("lag_s",), low, high, True, needs="time_s", scaled=True),)
+    late = Variant("torque_lag", ("lag_s",), low, high, needs="time_s", scaled=True)
+    return late, replace(late, effect="damping", sizes=("time_constant_s",))
 
 
 def torque_hystereses(torque_Nm: float) -> tuple[Variant, ...]:
@@ -431,19 +432,20 @@ _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle"
 _INSTRUMENTS = (
     *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "preload_crosstalk", "span_drift"),
 )
+_BY_RATE = "rate_friction", "damping"
 ODDS: dict[str, float] = {
     "": 0.03,
-    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction"), 2e-4),
+    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, *_BY_RATE), 2e-4),
     "ball_diameter_lot": 0.01,
     "shaft_shift": 3e-3,
     "unknown": 0.03,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
-missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction that
-grows with the rate, its twin: without evidence of their own they are no rivals of friction. A shaft
-that a side load moves takes an open lever to be seen at all, so it is ten times rarer than an
-effect; odds of 0.03 let it stand in for rough contacts and bearings
+missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction and
+damping by the rate, which look like a late sensor: without evidence of their own they are no rivals
+of friction. A shaft that a side load moves takes an open lever to be seen at all, so it is ten
+times rarer than an effect; odds of 0.03 let it stand in for rough contacts and bearings
 (docs/explanation/trial-notes.md).
 """
 

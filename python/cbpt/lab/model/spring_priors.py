@@ -210,6 +210,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield _signed(nonlinear, ratios=(1.0, 1 / angle))
     yield from sensor_hystereses(angle)
     yield from _lags(campaign, torque)
+    yield from _rate_frictions(campaign)
     yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
     # Without friction or play nothing tells it from a sensor that bends.
     curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)

@@ -1,0 +1,115 @@
+//! An angle that is late: a damper beside the stiffness, or a slow angle sensor.
+//!
+//! The load that turns the reducer is tau dM/dt = M0 - M, with tau the damping over the stiffness (Kelvin and Voigt). What it
+//! adds is m = M - M0. With the rates r of the torque as in [`super::torque_lag`], which go straight between readings, m is
+//! q + (m1 - q1) exp(-dt/tau) after m1, with q = tau (tau dr/dt - r); -tau r for a short time. A run begins at rest, m = 0.
+
+use super::dual::Dual;
+use super::port::{Action, Row};
+use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use super::torque_lag::rates_Nm_per_s;
+use crate::units::Quantity;
+
+/// The effect.
+pub static SPEC: Spec = Spec {
+    id: "damping",
+    class: Class::Effect,
+    port: Port::Load,
+    reducers: Reducers::All,
+    equation: "tau dM/dt = M0 - M",
+    source: "spring and damper side by side (Kelvin-Voigt): Lakes, Viscoelastic Materials (2009), section 2.6",
+    tell_tale: "loading and unloading form a loop that is wider where the torque changes faster, and the angle comes on while the torque holds",
+    parameters: &[Parameter::size(
+        "time_constant",
+        Quantity::Time,
+        "time tau by which the angle is late: damping over stiffness",
+    )
+    .within(0.0, 1e6)
+    .likely(0.0, 10.0)],
+    twins: &[],
+    action: Action::Torques(act),
+};
+
+fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
+    let (tau_s, rates) = (own[0], rates_Nm_per_s(run));
+    let mut added = vec![Dual::constant(0.0)];
+    for place in 1..run.len() {
+        let before = added[place - 1];
+        let passed_s = run[place].run_time_s - run[place - 1].run_time_s;
+        if passed_s <= 0.0 {
+            added.push(before);
+            continue;
+        }
+        let change = tau_s * ((rates[place] - rates[place - 1]) / passed_s);
+        let steady = |rate: f64| tau_s * (change - Dual::constant(rate));
+        let start = before - steady(rates[place - 1]);
+        // Without damping nothing is left of what was before.
+        let kept = if tau_s.value > 0.0 { start * left(tau_s, passed_s) } else { Dual::constant(0.0) };
+        added.push(steady(rates[place]) + kept);
+    }
+    added
+}
+
+/// What is left after a time, exp(-dt/tau).
+fn left(tau_s: Dual, passed_s: f64) -> Dual {
+    let left = (-(passed_s / tau_s.value)).exp();
+    tau_s.chain(left, left * passed_s / (tau_s.value * tau_s.value))
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // where nothing is rounded
+mod tests {
+    use super::*;
+    use crate::effect::testing::{torques, vanishes};
+
+    const RAMP: [(f64, f64); 6] = [(0.0, 0.0), (2.0, 1.0), (4.0, 2.0), (4.0, 2.5), (6.0, 3.5), (8.0, 1.5)];
+
+    fn added(tau_s: f64) -> Vec<f64> {
+        torques(&SPEC, &[Dual::constant(tau_s)], &RAMP).iter().map(|torque| torque.value).collect()
+    }
+
+    #[test]
+    fn an_angle_that_is_hardly_late_is_the_rate() {
+        let rates = [0.0, 0.5, 0.75, 0.75, -0.25, -1.0];
+        for (late, rate) in added(1e-6).iter().zip(rates) {
+            assert!((late + 1e-6 * rate).abs() < 1e-11, "{late} {rate}");
+        }
+    }
+
+    /// The differential equation of what is added, dm/dt = -r - m/tau, in small steps of the midpoint rule.
+    #[test]
+    fn it_follows_its_equation() {
+        let tau_s = 0.7;
+        let rates = [0.0, 0.5, 0.75, 0.75, -0.25, -1.0];
+        let mut expected = vec![0.0];
+        let mut m: f64 = 0.0;
+        for (place, pair) in RAMP.windows(2).enumerate() {
+            let steps = 20_000;
+            let step_s = (pair[1].0 - pair[0].0) / f64::from(steps);
+            for step in 0..steps {
+                let share = (f64::from(step) + 0.5) / f64::from(steps);
+                let rate = rates[place] * (1.0 - share) + rates[place + 1] * share;
+                let half = m + 0.5 * step_s * (-rate - m / tau_s);
+                m += step_s * (-rate - half / tau_s);
+            }
+            expected.push(m);
+        }
+        for (found, expected) in added(tau_s).iter().zip(&expected) {
+            assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+        }
+    }
+
+    #[test]
+    fn its_derivative_is_exact() {
+        let (tau_s, h) = (0.4, 1e-6);
+        let found = torques(&SPEC, &[Dual::parameter(tau_s, 0)], &RAMP);
+        for (found, (up, down)) in found.iter().zip(added(tau_s + h).iter().zip(added(tau_s - h))) {
+            assert!((found.partials[0] - (up - down) / (2.0 * h)).abs() < 1e-8, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn it_vanishes() {
+        vanishes(&SPEC);
+    }
+}
