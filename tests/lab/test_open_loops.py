@@ -150,3 +150,15 @@ def test_a_loop_that_slips_earlier_one_way_is_not_called_off_zero() -> None:
     rises = np.gradient(loop) > 0
     slips = np.where(np.where(rises, loop > 0.7, loop > -0.5), PLAY, 0.0)
     assert "alike both ways" not in warnings_of(table(loop, slips + 60 * loop, 2))
+
+
+@pytest.mark.parametrize("end_Nm", [0.0, -0.05, -0.3, -1.2])
+def test_a_run_that_ends_short_of_zero_torque_has_the_width_of_the_loop(end_Nm: float) -> None:
+    """The first reading, before any load, lies between both ways and says nothing of the width."""
+    up = np.arange(0.0, AMPLITUDE, 0.2)
+    back = np.arange(-AMPLITUDE, end_Nm, 0.2)
+    torque = np.concatenate([up, np.arange(AMPLITUDE, -AMPLITUDE, -0.2), back, [end_Nm]])
+    for way in (1.0, -1.0):
+        loop = loop_of(way * torque, way * angles(torque))
+        assert loop.composed
+        assert loop.width_arcsec == pytest.approx(TRUTH["hysteresis_loss"], abs=1e-6)

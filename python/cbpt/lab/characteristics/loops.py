@@ -327,11 +327,35 @@ def _back(
     way = before.way
     if way * (before.start - after.end) > _LIMITS.joint * amplitude:
         return None, False, None
-    later = before.rows[way * (before.torque - after.end) > 0]
+    short = way * after.end < 0
+    later = before.rows[way * (before.torque - (0.0 if short else after.end)) > 0]
     if len(later) < 2:
         return None, False, None
     gap = _gap_at_joint(before, leg, after)
-    return _branch(after, _Leg(before.readings, later)), True, gap
+    found = _branch(after, _Leg(before.readings, later))
+    return _through_zero(found, after) if short else found, True, gap
+
+
+def _through_zero(branch: Branch | None, last: _Leg) -> Branch | None:
+    """A composed branch whose last leg ends short of zero torque: there it goes on straight from
+    its last two torques. How the first leg begins there, after a rest, says nothing of the loop."""
+    ended = _branch(last)
+    if branch is None or ended is None:
+        return None
+    order = slice(None) if last.way > 0 else slice(None, None, -1)
+    torque, angle = ended.torque_Nm[order], ended.angle_arcsec[order]
+    if ended.scattered:
+        zero_arcsec = float(ended.line_at(np.zeros(1))[0])
+    else:
+        slope = (angle[-1] - angle[-2]) / (torque[-1] - torque[-2])
+        zero_arcsec = float(angle[-1] - slope * torque[-1])
+    place = int(np.searchsorted(branch.torque_Nm, 0.0))
+    return replace(
+        branch,
+        torque_Nm=np.insert(branch.torque_Nm, place, 0.0),
+        angle_arcsec=np.insert(branch.angle_arcsec, place, zero_arcsec),
+        row=np.insert(branch.row, place, float(last.rows[-1])),
+    )
 
 
 def _gap_at_joint(before: _Leg, leg: _Leg, after: _Leg) -> float | None:
