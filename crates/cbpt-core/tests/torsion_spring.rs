@@ -203,6 +203,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "permanent_set" | "permanent_set_of_run" | "settled" | "warm_up") => 3e-4,
         (_, "time_constant") => 7.0,
         (_, "settling_cycles") => 2.0,
+        (_, "starts_moving") => 1.0,
         (
             _,
             "preload_exponent"

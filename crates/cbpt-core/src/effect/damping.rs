@@ -2,12 +2,13 @@
 //!
 //! The load that turns the reducer is tau dM/dt = M0 - M, with tau the damping over the stiffness (Kelvin and Voigt). What it
 //! adds is m = M - M0. With the rates r of the torque as in [`super::torque_lag`], which go straight between readings, m is
-//! q + (m1 - q1) exp(-dt/tau) after m1, with q = tau (tau dr/dt - r); -tau r for a short time. A run begins at rest, m = 0.
+//! q + (m1 - q1) exp(-dt/tau) after m1, with q = tau (tau dr/dt - r); -tau r for a short time. A run begins at rest, m = 0, or
+//! moves, m = q.
 
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
-use super::torque_lag::rates_Nm_per_s;
+use super::torque_lag::{STARTS_MOVING, rates_Nm_per_s};
 use crate::units::Quantity;
 
 /// The effect.
@@ -19,33 +20,41 @@ pub static SPEC: Spec = Spec {
     equation: "tau dM/dt = M0 - M",
     source: "spring and damper side by side (Kelvin-Voigt): Lakes, Viscoelastic Materials (2009), section 2.6",
     tell_tale: "loading and unloading form a loop that is wider where the torque changes faster, and the angle comes on while the torque holds",
-    parameters: &[Parameter::size(
-        "time_constant",
-        Quantity::Time,
-        "time tau by which the angle is late: damping over stiffness",
-    )
-    .within(0.0, 1e6)
-    .likely(0.0, 10.0)],
+    parameters: &[
+        Parameter::size(
+            "time_constant",
+            Quantity::Time,
+            "time tau by which the angle is late: damping over stiffness",
+        )
+        .within(0.0, 1e6)
+        .likely(0.0, 10.0),
+        STARTS_MOVING,
+    ],
     twins: &[],
     action: Action::Torques(act),
 };
 
 fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
-    let (tau_s, rates) = (own[0], rates_Nm_per_s(run));
-    let mut added = vec![Dual::constant(0.0)];
+    let (tau_s, starts_moving) = (own[0], own[1].value);
+    let rates = rates_Nm_per_s(run, starts_moving);
+    let passed_s = |place: usize| run[place].run_time_s - run[place - 1].run_time_s;
+    // What is added after a long time at a rate that changes as it does over the step to a reading.
+    let steady = |rate: f64, place: usize| {
+        let change = (rates[place] - rates[place - 1]) / passed_s(place);
+        tau_s * (tau_s * change - Dual::constant(rate))
+    };
+    let moves = run.len() > 1 && passed_s(1) > 0.0;
+    let mut added = vec![if moves { steady(rates[0], 1) * starts_moving } else { Dual::constant(0.0) }];
     for place in 1..run.len() {
         let before = added[place - 1];
-        let passed_s = run[place].run_time_s - run[place - 1].run_time_s;
-        if passed_s <= 0.0 {
+        if passed_s(place) <= 0.0 {
             added.push(before);
             continue;
         }
-        let change = tau_s * ((rates[place] - rates[place - 1]) / passed_s);
-        let steady = |rate: f64| tau_s * (change - Dual::constant(rate));
-        let start = before - steady(rates[place - 1]);
         // Without damping nothing is left of what was before.
-        let kept = if tau_s.value > 0.0 { start * left(tau_s, passed_s) } else { Dual::constant(0.0) };
-        added.push(steady(rates[place]) + kept);
+        let start = before - steady(rates[place - 1], place);
+        let kept = if tau_s.value > 0.0 { start * left(tau_s, passed_s(place)) } else { Dual::constant(0.0) };
+        added.push(steady(rates[place], place) + kept);
     }
     added
 }
@@ -65,7 +74,10 @@ mod tests {
     const RAMP: [(f64, f64); 6] = [(0.0, 0.0), (2.0, 1.0), (4.0, 2.0), (4.0, 2.5), (6.0, 3.5), (8.0, 1.5)];
 
     fn added(tau_s: f64) -> Vec<f64> {
-        torques(&SPEC, &[Dual::constant(tau_s)], &RAMP).iter().map(|torque| torque.value).collect()
+        torques(&SPEC, &[Dual::constant(tau_s), Dual::constant(0.0)], &RAMP)
+            .iter()
+            .map(|torque| torque.value)
+            .collect()
     }
 
     #[test]
@@ -99,10 +111,23 @@ mod tests {
         }
     }
 
+    /// A sine that began long before: M is late by its phase.
+    #[test]
+    fn a_run_that_starts_moving_is_steady_at_once() {
+        let sine: Vec<(f64, f64)> =
+            (0..60).map(|i| (0.1 * f64::from(i), (0.1 * f64::from(i)).sin())).collect();
+        let found = torques(&SPEC, &[Dual::constant(0.1), Dual::constant(1.0)], &sine);
+        let (size, late_rad) = (1.0 / 1.01_f64.sqrt(), 0.1_f64.atan());
+        for (found, (time_s, torque_Nm)) in found.iter().zip(&sine).take(59) {
+            let expected = size * (time_s - late_rad).sin() - torque_Nm;
+            assert!((found.value - expected).abs() < 0.003, "{time_s}: {} {expected}", found.value);
+        }
+    }
+
     #[test]
     fn its_derivative_is_exact() {
         let (tau_s, h) = (0.4, 1e-6);
-        let found = torques(&SPEC, &[Dual::parameter(tau_s, 0)], &RAMP);
+        let found = torques(&SPEC, &[Dual::parameter(tau_s, 0), Dual::constant(0.0)], &RAMP);
         for (found, (up, down)) in found.iter().zip(added(tau_s + h).iter().zip(added(tau_s - h))) {
             assert!((found.partials[0] - (up - down) / (2.0 * h)).abs() < 1e-8, "{found:?}");
         }

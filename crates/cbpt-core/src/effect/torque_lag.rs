@@ -1,13 +1,23 @@
 //! A torque that is shown late: by a sensor or a filter of first order, M0 = M_read + tau r with r = dM_read/dt.
 //!
-//! A run begins at rest, r = 0. Else r at a reading is the rate from the reading before to the one behind, so that the noise of a
-//! torque reading has no share in what is added to it; at the last that from the one before. Where no time passes nothing is
-//! added. An angle that is late is [`super::damping`].
+//! r at a reading is the rate from the reading before to the one behind, so that the noise of a torque reading has no share in
+//! what is added to it; at the last that from the one before. A run begins at rest, r = 0, or while the torque changes: r is then
+//! that of the first two steps, gone on to the first reading, or of the first where the torque turns after it. Where no time
+//! passes nothing is added. An angle that is late is [`super::damping`].
 
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::Quantity;
+
+/// How runs begin.
+pub(super) const STARTS_MOVING: Parameter = Parameter::chosen(
+    "starts_moving",
+    0.0,
+    "1 where runs begin while the torque changes, 0 where they begin at rest",
+)
+.within(0.0, 1.0)
+.likely(0.0, 1.0);
 
 /// The effect.
 pub static SPEC: Spec = Spec {
@@ -18,26 +28,37 @@ pub static SPEC: Spec = Spec {
     equation: "M0 = M_read + tau dM_read/dt",
     source: "first-order measuring system: Doebelin, Measurement Systems (2004), section 3.3",
     tell_tale: "loading and unloading form a loop that is wider where the torque changes faster, and vanishes where it holds",
-    parameters: &[Parameter::size("lag", Quantity::Time, "time tau by which the torque readings are late")
-        .within(0.0, 1e6)
-        .likely(0.0, 10.0)],
+    parameters: &[
+        Parameter::size("lag", Quantity::Time, "time tau by which the torque readings are late")
+            .within(0.0, 1e6)
+            .likely(0.0, 10.0),
+        STARTS_MOVING,
+    ],
     twins: &[],
     action: Action::Torques(act),
 };
 
 fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
-    rates_Nm_per_s(run).into_iter().map(|rate| own[0] * rate).collect()
+    rates_Nm_per_s(run, own[1].value).into_iter().map(|rate| own[0] * rate).collect()
 }
 
-/// At which the torque of a run changes, at each reading.
-pub(super) fn rates_Nm_per_s(run: &[Row]) -> Vec<f64> {
+/// At which the torque of a run changes, at each reading; at the first by how the run starts.
+pub(super) fn rates_Nm_per_s(run: &[Row], starts_moving: f64) -> Vec<f64> {
     let last = run.len() - 1;
-    let rate = |place: usize| {
-        let (before, behind) = (&run[place - 1], &run[last.min(place + 1)]);
-        let passed_s = behind.run_time_s - before.run_time_s;
-        if passed_s > 0.0 { (behind.torque_Nm - before.torque_Nm) / passed_s } else { 0.0 }
+    let between = |first: usize, second: usize| {
+        let passed_s = run[second].run_time_s - run[first].run_time_s;
+        if passed_s > 0.0 { (run[second].torque_Nm - run[first].torque_Nm) / passed_s } else { 0.0 }
     };
-    (0..=last).map(|place| if place == 0 { 0.0 } else { rate(place) }).collect()
+    let at_first = || {
+        let (one, two) = (between(0, last.min(1)), between(last.min(1), last.min(2)));
+        let share = (run[last.min(1)].run_time_s - run[0].run_time_s)
+            / (run[last.min(2)].run_time_s - run[0].run_time_s).max(f64::MIN_POSITIVE);
+        if one * two > 0.0 { one + (one - two) * share } else { one }
+    };
+    let rate = |place: usize| {
+        if place == 0 { starts_moving * at_first() } else { between(place - 1, last.min(place + 1)) }
+    };
+    (0..=last).map(rate).collect()
 }
 
 #[cfg(test)]
@@ -49,7 +70,10 @@ mod tests {
     const RAMP: [(f64, f64); 6] = [(0.0, 0.0), (2.0, 1.0), (4.0, 2.0), (4.0, 2.5), (6.0, 3.5), (8.0, 1.5)];
 
     fn added(tau_s: f64) -> Vec<f64> {
-        torques(&SPEC, &[Dual::constant(tau_s)], &RAMP).iter().map(|torque| torque.value).collect()
+        torques(&SPEC, &[Dual::constant(tau_s), Dual::constant(0.0)], &RAMP)
+            .iter()
+            .map(|torque| torque.value)
+            .collect()
     }
 
     #[test]
@@ -57,9 +81,23 @@ mod tests {
         assert_eq!(added(0.5), [0.0, 0.25, 0.375, 0.375, -0.125, -0.5]);
     }
 
+    /// A sine that began long before.
+    #[test]
+    fn a_run_that_starts_moving_has_its_rate_at_once() {
+        let sine: Vec<(f64, f64)> =
+            (0..20).map(|i| (0.1 * f64::from(i), (0.1 * f64::from(i)).sin())).collect();
+        let own = [Dual::constant(0.5), Dual::constant(1.0)];
+        let found = torques(&SPEC, &own, &sine);
+        assert!((found[0].value - 0.5).abs() < 0.002, "{}", found[0].value);
+        let turns = torques(&SPEC, &own, &[(0.0, 1.0), (1.0, 3.0), (2.0, 2.0)]);
+        assert_eq!(turns[0].value, 1.0);
+        let short = torques(&SPEC, &own, &RAMP[..1]);
+        assert_eq!(short[0].value, 0.0);
+    }
+
     #[test]
     fn its_derivative_is_exact() {
-        let found = torques(&SPEC, &[Dual::parameter(0.4, 0)], &RAMP);
+        let found = torques(&SPEC, &[Dual::parameter(0.4, 0), Dual::constant(0.0)], &RAMP);
         for (found, rate) in found.iter().zip(added(1.0)) {
             assert!((found.partials[0] - rate).abs() < 1e-12, "{found:?}");
         }

@@ -184,6 +184,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "offset_sine_m" | "planet_offset_cosine_m") => 1e-6,
         (_, "offset_cosine_m" | "planet_offset_sine_m") => -7e-7,
         (_, "harmonic" | "ball") => 3.0,
+        (_, "starts_moving") => 1.0,
         (_, "cosine_m" | "sine_m" | "oversize_m") => 4e-7,
         (_, "planet_cosine_m" | "planet_sine_m") => 2e-7,
         (_, "tilt_cosine_rad" | "tilt_sine_rad") => 1.5e-5,

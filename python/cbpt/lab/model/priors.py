@@ -331,10 +331,14 @@ def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
 
 
 def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:
-    """Torque or angle late by 0.2 to 20 % of the largest torque at the rate of the table."""
+    """Torque or angle late by 0.2 to 20 % of the largest torque at the rate of the table; runs begin
+    at rest, or while the torque changes."""
     low, high = 0.002 * torque_Nm / rate_Nm_per_s, 0.2 * torque_Nm / rate_Nm_per_s
-    late = Variant("torque_lag", ("lag_s",), low, high, needs="time_s", scaled=True)
-    return late, replace(late, effect="damping", sizes=("time_constant_s",))
+    return tuple(
+        Variant(effect, (size,), low, high, needs="time_s", scaled=True, fixed=start, name=name)
+        for effect, size in (("torque_lag", "lag_s"), ("damping", "time_constant_s"))
+        for start, name in (((), ""), ((("starts_moving", 1.0),), "from moving starts"))
+    )
 
 
 def torque_hystereses(torque_Nm: float) -> tuple[Variant, ...]:
