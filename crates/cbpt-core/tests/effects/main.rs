@@ -146,7 +146,8 @@ fn library(ids: &[&str]) -> Vec<Effect> {
 fn typical(id: &str, name: &str) -> f64 {
     match (id, name) {
         ("output_torsion", "compliance_rad_per_Nm") | (_, "shift_rad_per_Nm") => 2e-6,
-        (_, "asymmetry") => 0.3,
+        (_, "asymmetry" | "taken_share" | "breakaway_share") => 0.3,
+        (_, "starts_moving") => 1.0,
         (_, "preload_exponent") => 0.5,
         (_, "stiffening_per_Nm") => 0.2,
         (_, "stop_torque_Nm") => 2.9,
@@ -184,7 +185,6 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "offset_sine_m" | "planet_offset_cosine_m") => 1e-6,
         (_, "offset_cosine_m" | "planet_offset_sine_m") => -7e-7,
         (_, "harmonic" | "ball") => 3.0,
-        (_, "starts_moving") => 1.0,
         (_, "cosine_m" | "sine_m" | "oversize_m") => 4e-7,
         (_, "planet_cosine_m" | "planet_sine_m") => 2e-7,
         (_, "tilt_cosine_rad" | "tilt_sine_rad") => 1.5e-5,
@@ -197,10 +197,8 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "settling_cycles") => 2.0,
         (_, "lost_share_per_s") => 5e-4,
         (_, "time_constant_s") => 30.0,
-        (_, "taken_share") => 0.3,
         (_, "slip_angle_rad") => 6.0 * ARCSEC,
         (_, "slip_exponent") => -0.4,
-        (_, "breakaway_share") => 0.3,
         (_, "weakening_ratio") => 4.0,
         (_, "reference_rate_rad_per_s") => 1e-6,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),
