@@ -331,8 +331,8 @@ def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
 
 
 def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:
-    """Torque or angle late by 0.2 to 20 % of the largest torque at the rate of the table; runs begin
-    at rest, or while the torque changes."""
+    """Torque or angle late by 0.2 to 20 % of the largest torque at the rate of the table, from runs
+    that begin at rest or while the torque changes."""
     low, high = 0.002 * torque_Nm / rate_Nm_per_s, 0.2 * torque_Nm / rate_Nm_per_s
     return tuple(
         Variant(effect, (size,), low, high, needs="time_s", scaled=True, fixed=start, name=name)
