@@ -190,8 +190,11 @@ class _System:
             self.precision[list(set(slots[1:, place].tolist()) - {int(slots[0, place])})] = 0.0
         self.mean = (first.mean / first.unit)[owner]
         self.low, self.high = np.full(count, np.inf), np.full(count, -np.inf)
+        self.within = np.full(count, np.inf), np.full(count, -np.inf)
         least = np.full(count, np.inf)
         for party, row in zip(parties, slots, strict=True):
+            np.minimum.at(self.within[0], row, party.problem.low)
+            np.maximum.at(self.within[1], row, party.problem.high)
             high = party.problem.high / first.unit
             np.minimum.at(self.low, row, party.problem.low / first.unit)
             np.maximum.at(self.high, row, high)
@@ -223,7 +226,9 @@ class _System:
         found = []
         for party, row in zip(self.parties, self.slots, strict=True):
             problem = party.problem
-            values = problem.values_at(party.point.values, x[row] * problem.unit)
+            # A bound in units, times its unit, may lie beyond the bound by rounding.
+            at = np.clip(x[row] * problem.unit, *(bound[row] for bound in self.within))
+            values = problem.values_at(party.point.values, at)
             point = point_at(problem.model, values, problem.unknowns)
             if point is None:
                 return None
