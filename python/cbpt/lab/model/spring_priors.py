@@ -212,13 +212,9 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield from _lags(campaign, torque)
     yield from _rate_frictions(campaign)
     yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
-    # Without friction or play nothing tells it from a sensor that bends, and beside them hardly
-    # anything: it has the same forms. It is stated at the largest torque; friction lets less of
-    # that reach the spring.
-    forms = (("squared_rad", "cubed_rad"), ""), (("one_way_rad", "cubed_rad"), "one way")
-    for parts, name in forms:
-        curve = _of("stiffness_curve", parts, angle, 1e-3, 1.0)
-        yield replace(_signed(curve, name=name), fixed=(("reference_torque_Nm", torque),))
+    # Without friction or play nothing tells it from a sensor that bends.
+    curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)
+    yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
     yield from _run_ins(angle)
     if readings.time_s is not None:
         length = _length_s(campaign) or 1.0
