@@ -118,7 +118,7 @@ def test_the_run_of_an_answer_is_the_first_of_the_ranking_with_its_numbers() -> 
 
 
 def test_rivals_that_no_run_tells_apart_are_told_beside_the_run() -> None:
-    """Bearing or shaft: a run tells whether torque or angle is late too, and none tells which it is."""
+    """Bearing or shaft: a run tells whether something is late too, and none tells which it is."""
     d = diagnosed("dev09")
     run = d.to_dict()["next_run"]
     assert run["untold"] == ["output_torsion"]
