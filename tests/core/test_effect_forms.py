@@ -123,11 +123,10 @@ def test_history_goes_by_time(effect: str, values: dict[str, float]) -> None:
 
 
 def test_a_spring_may_bend_otherwise_than_stated() -> None:
-    """Two odd terms and an even one, each as large at the reference torque as it says."""
-    sizes = {"squared_rad": -3e-6, "cubed_rad": 2e-6, "one_way_rad": 1e-6}
-    values = {**sizes, "reference_torque_Nm": 2.0}
+    """Two odd terms, each as large at the reference torque as it says."""
+    values = {"squared_rad": -3e-6, "cubed_rad": 2e-6, "reference_torque_Nm": 2.0}
     x = TORQUE_Nm / 2.0
-    expected = -3e-6 * x * np.abs(x) + 2e-6 * x**3 + 1e-6 * x**2
+    expected = -3e-6 * x * np.abs(x) + 2e-6 * x**3
     found = added("stiffness_curve", values, drive=SPRING)
     np.testing.assert_allclose(found, expected, atol=1e-17)
 

@@ -14,7 +14,7 @@ from cbpt.lab.change.parties import levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, groups_of
 from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.rest import Rest, rest_of
-from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.change.shared import _System, fit_shared
 from cbpt.lab.change.text import _told
 from cbpt.lab.model.own_terms import campaign_of
 from common.friction_loops import FRICTION, LOOP, SPRING, found, loops, read_from
@@ -209,3 +209,21 @@ def test_a_late_sensor_at_another_rate_is_no_certain_change_of_friction() -> Non
     alike = found(late(1.0, 1), late(1.0, 2))
     assert alike.kind == "nothing", alike.sentence
     assert not any("at one rate" in note for note in alike.notes)
+
+
+def test_a_bound_in_units_is_not_beyond_the_bound() -> None:
+    """By rounding a tenth over its unit, times its unit, may be more: `change` ended with that."""
+    read = cbpt.read_readings(loops(), need_preload=False)
+    levels = levels_of([campaign_of(cbpt.Case.from_dict(SPRING), read, [])] * 2, [FRICTION])
+    assert levels is not None
+    first = levels.parties[0].problem
+    high = first.high.copy()
+    units = np.array([next(u for u in np.linspace(0.5, 1.0, 999) if h / u * u > h) for h in high])
+    for party in levels.parties:
+        party.problem.unit[:] = units
+    system = _System(levels.parties, np.tile(np.arange(len(high)), (2, 1)), frozenset())
+    assert np.all(system.high * units > high)
+    points = system.points(system.high)
+    assert points is not None
+    for point in points:
+        assert np.all(first.coordinates(point) <= high)

@@ -187,7 +187,6 @@ fn typical(id: &str, stem: &str) -> f64 {
         ("hard_stop", "stop_torque") => 11.3,
         (_, "transition_torque") => 1.5,
         (_, "squared" | "cubed") => 4e-3,
-        (_, "one_way") => -3e-3,
         (_, "reference_torque") => 21.0,
         ("output_torsion", "compliance") => 1e-4,
         ("output_torsion", "asymmetry") | (_, "lag") => 0.2,

@@ -17,7 +17,7 @@ pub struct Spring<'a> {
     scale: f64,
     play_rad: f64,
     transition_Nm: f64,
-    curve_rad: [f64; 3],
+    curve_rad: [f64; 2],
     reference_Nm: f64,
 }
 
@@ -39,10 +39,10 @@ impl<'a> Spring<'a> {
         let twist = self.curve.twist(torque_Nm);
         let (share, [by_torque, by_transition]) = taken_up(torque_Nm, self.transition_Nm);
         let elastic_rad = twist.angle_rad / self.scale;
-        let (parts, slopes) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
-        let bent = |by: [f64; 3]| self.curve_rad.iter().zip(by).map(|(own, by)| own * by).sum::<f64>();
-        let by_curve = bent(slopes);
-        let angle_rad = elastic_rad + self.play_rad * share + bent(parts);
+        let ([squared, cubed], [by_squared, by_cubed]) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
+        let [a, b] = self.curve_rad;
+        let by_curve = a * by_squared + b * by_cubed;
+        let angle_rad = elastic_rad + self.play_rad * share + a * squared + b * cubed;
         Mesh {
             status: twist.status,
             angle_rad,
@@ -56,9 +56,8 @@ impl<'a> Spring<'a> {
             spring: [
                 share,
                 self.play_rad * by_transition,
-                parts[0],
-                parts[1],
-                parts[2],
+                squared,
+                cubed,
                 -by_curve * torque_Nm / self.reference_Nm,
             ],
             torque_Nm,
