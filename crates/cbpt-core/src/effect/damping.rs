@@ -66,24 +66,14 @@ fn left(tau_s: Dual, passed_s: f64) -> Dual {
 }
 
 #[cfg(test)]
-#[allow(clippy::float_cmp)] // where nothing is rounded
 mod tests {
     use super::*;
-    use crate::effect::testing::{torques, vanishes};
-
-    const RAMP: [(f64, f64); 6] = [(0.0, 0.0), (2.0, 1.0), (4.0, 2.0), (4.0, 2.5), (6.0, 3.5), (8.0, 1.5)];
-
-    fn added(tau_s: f64) -> Vec<f64> {
-        torques(&SPEC, &[Dual::constant(tau_s), Dual::constant(0.0)], &RAMP)
-            .iter()
-            .map(|torque| torque.value)
-            .collect()
-    }
+    use crate::effect::testing::{RAMP, added_late, sine, torques, vanishes};
 
     #[test]
     fn an_angle_that_is_hardly_late_is_the_rate() {
         let rates = [0.0, 0.5, 0.75, 0.75, -0.25, -1.0];
-        for (late, rate) in added(1e-6).iter().zip(rates) {
+        for (late, rate) in added_late(&SPEC, 1e-6).iter().zip(rates) {
             assert!((late + 1e-6 * rate).abs() < 1e-11, "{late} {rate}");
         }
     }
@@ -106,7 +96,7 @@ mod tests {
             }
             expected.push(m);
         }
-        for (found, expected) in added(tau_s).iter().zip(&expected) {
+        for (found, expected) in added_late(&SPEC, tau_s).iter().zip(&expected) {
             assert!((found - expected).abs() < 1e-7, "{found} {expected}");
         }
     }
@@ -114,8 +104,7 @@ mod tests {
     /// A sine that began long before: M is late by its phase.
     #[test]
     fn a_run_that_starts_moving_is_steady_at_once() {
-        let sine: Vec<(f64, f64)> =
-            (0..60).map(|i| (0.1 * f64::from(i), (0.1 * f64::from(i)).sin())).collect();
+        let sine = sine();
         let found = torques(&SPEC, &[Dual::constant(0.1), Dual::constant(1.0)], &sine);
         let (size, late_rad) = (1.0 / 1.01_f64.sqrt(), 0.1_f64.atan());
         for (found, (time_s, torque_Nm)) in found.iter().zip(&sine).take(59) {
@@ -128,7 +117,9 @@ mod tests {
     fn its_derivative_is_exact() {
         let (tau_s, h) = (0.4, 1e-6);
         let found = torques(&SPEC, &[Dual::parameter(tau_s, 0), Dual::constant(0.0)], &RAMP);
-        for (found, (up, down)) in found.iter().zip(added(tau_s + h).iter().zip(added(tau_s - h))) {
+        for (found, (up, down)) in
+            found.iter().zip(added_late(&SPEC, tau_s + h).iter().zip(added_late(&SPEC, tau_s - h)))
+        {
             assert!((found.partials[0] - (up - down) / (2.0 * h)).abs() < 1e-8, "{found:?}");
         }
     }

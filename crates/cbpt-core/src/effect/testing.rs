@@ -69,6 +69,20 @@ pub fn torques(spec: &Spec, own: &[Dual], run: &[(f64, f64)]) -> Vec<Dual> {
     act(own, &run.iter().map(row).collect::<Vec<_>>())
 }
 
+/// A run that goes up and comes back, with two readings at one time: times (s) and torques (N m).
+pub const RAMP: [(f64, f64); 6] = [(0.0, 0.0), (2.0, 1.0), (4.0, 2.0), (4.0, 2.5), (6.0, 3.5), (8.0, 1.5)];
+
+/// What is added to the torques of [`RAMP`] where it begins at rest and something is late by a time.
+pub fn added_late(spec: &Spec, late_s: f64) -> Vec<f64> {
+    let own = [Dual::constant(late_s), Dual::constant(0.0)];
+    torques(spec, &own, &RAMP).iter().map(|torque| torque.value).collect()
+}
+
+/// A sine that began long before: times (s) and torques (N m).
+pub fn sine() -> Vec<(f64, f64)> {
+    (0..60).map(|i| 0.1 * f64::from(i)).map(|time_s| (time_s, time_s.sin())).collect()
+}
+
 pub fn contact(spec: &Spec, own: &[f64]) -> Contact {
     let Action::Contact(act) = spec.action else { panic!("{} acts elsewhere", spec.id) };
     let mut contact = Contact::unchanged();

@@ -65,29 +65,17 @@ pub(super) fn rates_Nm_per_s(run: &[Row], starts_moving: f64) -> Vec<f64> {
 #[allow(clippy::float_cmp)] // where nothing is rounded
 mod tests {
     use super::*;
-    use crate::effect::testing::{torques, vanishes};
-
-    const RAMP: [(f64, f64); 6] = [(0.0, 0.0), (2.0, 1.0), (4.0, 2.0), (4.0, 2.5), (6.0, 3.5), (8.0, 1.5)];
-
-    fn added(tau_s: f64) -> Vec<f64> {
-        torques(&SPEC, &[Dual::constant(tau_s), Dual::constant(0.0)], &RAMP)
-            .iter()
-            .map(|torque| torque.value)
-            .collect()
-    }
+    use crate::effect::testing::{RAMP, added_late, sine, torques, vanishes};
 
     #[test]
     fn a_late_sensor_shows_what_was_before() {
-        assert_eq!(added(0.5), [0.0, 0.25, 0.375, 0.375, -0.125, -0.5]);
+        assert_eq!(added_late(&SPEC, 0.5), [0.0, 0.25, 0.375, 0.375, -0.125, -0.5]);
     }
 
-    /// A sine that began long before.
     #[test]
     fn a_run_that_starts_moving_has_its_rate_at_once() {
-        let sine: Vec<(f64, f64)> =
-            (0..20).map(|i| (0.1 * f64::from(i), (0.1 * f64::from(i)).sin())).collect();
         let own = [Dual::constant(0.5), Dual::constant(1.0)];
-        let found = torques(&SPEC, &own, &sine);
+        let found = torques(&SPEC, &own, &sine());
         assert!((found[0].value - 0.5).abs() < 0.002, "{}", found[0].value);
         let turns = torques(&SPEC, &own, &[(0.0, 1.0), (1.0, 3.0), (2.0, 2.0)]);
         assert_eq!(turns[0].value, 1.0);
@@ -98,7 +86,7 @@ mod tests {
     #[test]
     fn its_derivative_is_exact() {
         let found = torques(&SPEC, &[Dual::parameter(0.4, 0), Dual::constant(0.0)], &RAMP);
-        for (found, rate) in found.iter().zip(added(1.0)) {
+        for (found, rate) in found.iter().zip(added_late(&SPEC, 1.0)) {
             assert!((found.partials[0] - rate).abs() < 1e-12, "{found:?}");
         }
     }

@@ -436,10 +436,9 @@ _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle"
 _INSTRUMENTS = (
     *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "preload_crosstalk", "span_drift"),
 )
-_BY_RATE = "rate_friction", "damping"
 ODDS: dict[str, float] = {
     "": 0.03,
-    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, *_BY_RATE), 2e-4),
+    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction", "damping"), 2e-4),
     "ball_diameter_lot": 0.01,
     "shaft_shift": 3e-3,
     "unknown": 0.03,
