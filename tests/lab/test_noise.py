@@ -576,6 +576,41 @@ def test_the_scale_is_the_most_probable_one() -> None:
     assert found(y, structures=False).scale == pytest.approx(best, rel=1e-3)
 
 
+WALK = random_walk(np.arange(396.0))
+assert WALK is not None
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [
+        Noise(rounding_arcsec=np.full(396, 0.6)),
+        Noise(torque_arcsec=np.full(396, 0.6)),
+        Noise(artefact=WALK.sized(0.3)),
+    ],
+    ids=["rounding", "torque", "artefact"],
+)
+@pytest.mark.parametrize("scale", [0.5, 1.0, 4.0])
+def test_the_scale_is_the_most_probable_one_beside_what_has_none(
+    scale: float, beside: Noise
+) -> None:
+    """It stopped on its way, and noises were compared there."""
+    noise = replace(beside, scale=scale)
+    y = sample(noise, U, TWELVE, np.random.default_rng(6))
+    linear = Linear(y, ONE, FLAT)
+
+    def log_posterior(at: float) -> float:
+        whitener = Whitener.of(replace(noise, scale=at), U, TWELVE)
+        margin = Margin.of(whitener(y), whitener(ONE), FLAT)
+        return log_likelihood(margin.chi2, whitener, margin.log_volume) + _prior_of_scale(
+            at, STATED_DOF
+        )
+
+    grid = np.geomspace(LEAST_SCALE, 8.0, 300)
+    most = max(log_posterior(s) for s in grid)
+    got, _ = fit_noise(linear, U, TWELVE, beside, structures=False)
+    assert log_posterior(got.scale) == pytest.approx(most, abs=0.05)
+
+
 def test_a_scale_far_below_what_is_stated_is_not_believed() -> None:
     y = sample(Noise(0.05), U, TWELVE, np.random.default_rng(8))
     assert found(y).scale == LEAST_SCALE

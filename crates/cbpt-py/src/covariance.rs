@@ -45,6 +45,10 @@ pub enum NoiseProducts<'py> {
 impl Whitened for NoiseProducts<'_> {
     type Error = PyErr;
 
+    fn scales(&self) -> bool {
+        matches!(self, Self::Polynomials(_))
+    }
+
     fn products(&self, scale: f64, correlation: f64, by_run: bool) -> PyResult<Products> {
         match self {
             Self::Polynomials(polynomials) => {

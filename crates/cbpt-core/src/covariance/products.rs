@@ -63,6 +63,9 @@ pub trait Whitened {
     /// # Errors
     /// What keeps the products from being made.
     fn products(&self, scale: f64, correlation: f64, by_run: bool) -> Result<Products, Self::Error>;
+
+    /// Whether the whole noise grows with the scale; else a part of it has a size of its own.
+    fn scales(&self) -> bool;
 }
 
 /// Products of readings that differences whiten: parts of polynomials in the correlation.
@@ -80,6 +83,10 @@ pub struct Polynomials {
 
 impl Whitened for Polynomials {
     type Error = std::convert::Infallible;
+
+    fn scales(&self) -> bool {
+        true
+    }
 
     fn products(&self, scale: f64, correlation: f64, by_run: bool) -> Result<Products, Self::Error> {
         let square = scale * scale;

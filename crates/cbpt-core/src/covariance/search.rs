@@ -99,40 +99,66 @@ type Rated<E> = Result<Found, Failed<E>>;
 impl<W: Whitened> Search<'_, W> {
     /// A correlation and offsets, these for a scale of 1, at the scale that suits them.
     fn rated(&self, correlation: f64, offset: f64) -> Rated<W::Error> {
+        let correlation = correlation.min(self.task.most_correlation);
+        let (first, balanced) = self.at(self.start_scale, correlation, offset)?;
+        if (balanced / self.start_scale - 1.0).abs() < 1e-3 {
+            return Ok(first);
+        }
+        let (second, _) = self.at(balanced, correlation, offset)?;
+        // Where a part of the noise has a size of its own, misfit and scale do not go together.
+        if self.task.whitened.scales() && self.task.shared == 0 {
+            return Ok(second);
+        }
+        self.climbed(better(first, second), [correlation, offset])
+    }
+
+    /// A noise uphill from one, by the scale: Newton steps in its logarithm, whose derivatives are differences.
+    fn climbed(&self, mut best: Found, [correlation, offset]: [f64; 2]) -> Rated<W::Error> {
+        const APART: f64 = 0.05;
+        const LONGEST: f64 = 0.7;
+        for _ in 0..8 {
+            let before = best;
+            let value = |log_step: f64| {
+                let scale = (before.scale * log_step.exp()).max(self.task.least_scale);
+                self.at(scale, correlation, offset)
+            };
+            let (below, above) = (value(-APART)?.0, value(APART)?.0);
+            let slope = (above.value - below.value) / (2.0 * APART);
+            let curvature = (above.value - 2.0 * before.value + below.value) / (APART * APART);
+            let newton = if curvature < 0.0 { -slope / curvature } else { slope.signum() * LONGEST };
+            let step = newton.clamp(-LONGEST, LONGEST);
+            best = [below, above].into_iter().fold(best, better);
+            best = better(best, value(step)?.0);
+            if step.abs() < APART || best.value <= before.value {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// A noise, its offsets for a scale of 1, and the scale at which its misfit and what is stated agree.
+    fn at(&self, scale: f64, correlation: f64, offset: f64) -> Result<(Found, f64), Failed<W::Error>> {
         let task = self.task;
-        let correlation = correlation.min(task.most_correlation);
         let flat = task.precision.iter().filter(|&&precision| precision == 0.0).count();
         let dof = task.readings as f64 - flat as f64;
         let structures = u8::from(correlation != 0.0) + u8::from(offset != 0.0);
-        let mut scale = self.start_scale;
-        let mut last = false;
-        loop {
-            // The runs' offsets scale with the readings' noise while the latter is being found.
-            let offset = offset * scale;
-            let products =
-                task.whitened.products(scale, correlation, offset != 0.0).map_err(Failed::Products)?;
-            let (gram, log_det) = products.beside(offset, task.shared).ok_or(Failed::NotPositive)?;
-            let unknowns = task.precision.len();
-            let inner = gram.view((1, 1), (unknowns, unknowns)).into_owned();
-            let projection = DVector::from_iterator(unknowns, gram.column(0).iter().skip(1).copied());
-            let solved = Solved::of(inner, &projection, gram[(0, 0)], task.precision);
-            let solved = solved.ok_or(Failed::NotPositive)?;
-            let value =
-                -0.5 * (solved.chi2 + log_det) + solved.log_volume + log_scale_prior(scale, task.stated_dof)
-                    - task.price * f64::from(structures);
-            // What the priors are pulled by says nothing of the noise.
-            let pulled: f64 = task
-                .precision
-                .iter()
-                .zip(&solved.mode)
-                .map(|(precision, size)| precision * size * size)
-                .sum();
-            let new = self.balanced(scale, solved.chi2 - pulled, dof);
-            if last || (new / scale - 1.0).abs() < 1e-3 {
-                return Ok(Found { scale, correlation, offset, value });
-            }
-            (scale, last) = (new, true);
-        }
+        // The runs' offsets scale with the readings' noise while the latter is being found.
+        let offset = offset * scale;
+        let products = task.whitened.products(scale, correlation, offset != 0.0).map_err(Failed::Products)?;
+        let (gram, log_det) = products.beside(offset, task.shared).ok_or(Failed::NotPositive)?;
+        let unknowns = task.precision.len();
+        let inner = gram.view((1, 1), (unknowns, unknowns)).into_owned();
+        let projection = DVector::from_iterator(unknowns, gram.column(0).iter().skip(1).copied());
+        let solved = Solved::of(inner, &projection, gram[(0, 0)], task.precision);
+        let solved = solved.ok_or(Failed::NotPositive)?;
+        let value =
+            -0.5 * (solved.chi2 + log_det) + solved.log_volume + log_scale_prior(scale, task.stated_dof)
+                - task.price * f64::from(structures);
+        // What the priors are pulled by says nothing of the noise.
+        let pulled: f64 =
+            task.precision.iter().zip(&solved.mode).map(|(precision, size)| precision * size * size).sum();
+        let balanced = self.balanced(scale, solved.chi2 - pulled, dof);
+        Ok((Found { scale, correlation, offset, value }, balanced))
     }
 
     /// The scale at which misfit and what is stated agree; `chi2` was found with `scale`. Never far below what is stated:
