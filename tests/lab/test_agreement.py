@@ -10,6 +10,7 @@ import pytest
 
 import cbpt
 from cbpt.lab.change import rest
+from cbpt.lab.change.agreement import _Pair
 from common.springs import Reducer, loops
 
 EFFECTS = ["backlash", "friction_hysteresis"]
@@ -67,3 +68,24 @@ def test_of_more_levels_those_most_apart_count() -> None:
     found = cbpt.change(cbpt.Case.from_dict(CASE), table, by="step", effects=EFFECTS)
     assert found.kind == "changed" and found.runs_differ == ()
     assert [c.effect for c in found.changed] == ["friction_hysteresis"]
+
+
+def pair_of(told: list[list[float]], shown: list[list[float]]) -> _Pair:
+    """Two levels of two small loops and two large ones: how much each tells of the change, and how
+    much more than all of it."""
+    loop = np.sin(np.linspace(0, 2 * np.pi, 16))
+    torque = np.concatenate([4 * loop, 4 * loop, 40 * loop, 40 * loop])
+    columns = {"run": np.repeat(np.arange(4), 16), "torque_Nm": torque, "elastic_angle_deg": torque}
+    table = cbpt.read_readings(columns, need_preload=False)
+    weight = [np.repeat(of_level, 16) / 16 for of_level in told]
+    before, after = (w * np.repeat(c, 16) for w, c in zip(weight, shown, strict=True))
+    return _Pair((table, table), (before, after), (weight[0], weight[1]))
+
+
+def test_a_run_that_hardly_tells_the_change_does_not_lend_its_scatter_to_others() -> None:
+    """The play of a real reducer: before, the large loops tell it badly; after, they tell it best.
+    Their scatter before was taken for that of all large loops, and hid the change."""
+    told = [[36.0, 36.0, 15.0, 14.0], [6.0, 7.0, 43.0, 44.0]]
+    assert pair_of(told, [[0, 0.02, -0.1, 0.45], [0.2, -0.1, 0, 0.01]]).agrees()
+    # Loops that tell the change and differ as much hide it.
+    assert not pair_of(told, [[0, 0.02, -0.1, 0.45], [0.2, -0.1, 0, 0.55]]).agrees()

@@ -7,8 +7,9 @@ rest, a slip, a first loop. Runs of one level that repeat each other say how muc
 of them shows. With d the change of the fitted curve and z what the fit leaves, both whitened, run r
 shows the share c_r = 1 + z.d/d.d of it. The scatter of c among runs with the same torques, within a
 level, is that of the change beside the noise model (a sandwich of the scores of clusters: Liang and
-Zeger, Biometrika 73 (1986) 13), and Student's t tells whether the change is more (two-sided, with
-the chance that widths of loops have, and the degrees of freedom of Welch and Satterthwaite).
+Zeger, Biometrika 73 (1986) 13); its variance goes with 1/d.d, by which a run tells the change, and
+is pooled so. Student's t tells whether the change is more (two-sided, with the chance that widths
+of loops have, and the degrees of freedom of Welch and Satterthwaite).
 """
 
 from __future__ import annotations
@@ -83,9 +84,9 @@ class _Pair:
                 here = [rows for at, rows in group if at == level]
                 own = np.array([self.weight[level][rows].sum() for rows in here])
                 score = np.array([self.score[level][rows].sum() for rows in here])
-                shown = score / np.maximum(own, 1e-300)
-                off.append(shown - shown.mean())
-                weights.append((own / self.weight[level].sum()) ** 2)
+                least = np.maximum(own, 1e-300)
+                off.append((score / least - score.sum() / least.sum()) * np.sqrt(own))
+                weights.append(own / self.weight[level].sum() ** 2)
             free = len(group) - len(off)
             if free:
                 squares = float(np.sum(np.concatenate(off) ** 2))
