@@ -98,3 +98,9 @@ def sample(noise: Noise, u_arcsec: Floats, rows: Rows, rng: np.random.Generator)
     """Noise of that covariance."""
     factor = np.linalg.cholesky(dense(noise, u_arcsec, rows))
     return np.asarray(factor @ rng.standard_normal(len(u_arcsec)))
+
+
+# As in the development sets: 12 runs of 33 readings, and one zero.
+TWELVE = Rows.of(np.repeat(np.arange(12), 33))
+U = np.full(396, 0.3)
+ONE, FLAT = np.ones((396, 1)), np.zeros(1)
