@@ -13,7 +13,7 @@ def exactly(c: Competition, names: Names) -> float:
     """How a set follows the readings by the equations of its effects; in a fit they may depart from
     these, each set as far as suits it."""
     fit = c.fits[names]
-    return follows(c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
+    return follows(c.fitter, c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
 
 
 def worse_than_a_part(
@@ -30,7 +30,7 @@ def worse_than_a_part(
             continue
         for part in inner:
             if part in c.fits:
-                as_fitted = follows(c.fits[part]) - follows(c.fits[names])
+                as_fitted = follows(c.fitter, c.fits[part]) - follows(c.fitter, c.fits[names])
                 off = min(as_fitted, exactly(c, part) - exactly(c, names))
                 if off > by:
                     found.append((names, part, off))

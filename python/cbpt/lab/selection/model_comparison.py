@@ -445,12 +445,13 @@ class _Contest:
             fitted = [n for n in inner if n in self.fits]
             if not fitted:
                 continue
-            below = max(fitted, key=lambda n: follows(self.fits[n]))
+            below = max(fitted, key=lambda n: follows(self.fitter, self.fits[n]))
             # What ended elsewhere may be far behind, and no less worth another start.
             if max(self.score(names), self.score(below)) < best - _EFFORT.settled_room:
                 continue
             smaller = self.fits[below]
-            if follows(fit) < follows(smaller) - _EFFORT.worse:
+            least = follows(self.fitter, smaller) - _EFFORT.worse
+            if follows(self.fitter, fit) < least:
                 # In the forms of the smaller set, whose values these are.
                 more = (v for v in fit.hypothesis.variants if v.effect not in below)
                 hypothesis = Hypothesis((*smaller.hypothesis.variants, *more))

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.fit_noise import price_of
+from cbpt.lab.covariance.fit_noise import log_scale_prior, price_of
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.crew import Task
 from cbpt.lab.inference.evidence import Fit
@@ -48,9 +48,10 @@ def kind_of(noise: Noise) -> tuple[bool, str]:
     return noise.torque_arcsec is not None, noise.artefact.kind if noise.artefact else ""
 
 
-def follows(fit: Fit) -> float:
-    """Log density of the readings at the mode, with what the noise costs."""
-    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise)
+def follows(fitter: Fitter, fit: Fit) -> float:
+    """Log density of the readings at the mode, with what the noise and its scale cost."""
+    scale = float(log_scale_prior(np.array(fit.noise.scale), fitter.stated_dof))
+    return -0.5 * (fit.margin.chi2 + fit.whitener.log_det) - price_of(fit.noise) + scale
 
 
 def without_idle(fitter: Fitter, fit: Fit | None) -> Fit | None:
