@@ -16,6 +16,7 @@ from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.rest import Rest, rest_of
 from cbpt.lab.change.shared import _System, fit_shared
 from cbpt.lab.change.text import _told
+from cbpt.lab.model.own_loops import ENGAGEMENT
 from cbpt.lab.model.own_terms import campaign_of
 from common.friction_loops import FRICTION, LOOP, SPRING, found, loops, read_from
 
@@ -89,6 +90,26 @@ def test_a_zero_of_the_torque_is_no_change_of_the_reducer() -> None:
     assert [c.effect for c in answer.changed] == ["torque_zero"]
     assert abs(answer.changed[0].after) == pytest.approx(0.5, rel=0.1)
     assert answer.changed[0].direction == "new" and answer.changed[0].probability > 0.95
+
+
+def test_a_friction_that_rises_keeps_the_angle_over_which_it_builds_up() -> None:
+    """One number more, and not two: else a gain of the torque, which is one number, stands in for
+    a friction and a stiffness that rose both."""
+    answer = found(loops(), loops(1.3, seed=2))
+    [friction] = answer.changed
+    assert friction.parameter == "friction_torque_Nm"
+    assert friction.after / friction.before == pytest.approx(1.3, rel=0.02)
+    [own] = [u.index for u in answer.weighed.best.levels.fits[0].unknowns if u.name == ENGAGEMENT]
+    first, second = (point.values[own] for point in answer.weighed.best.fit.points)
+    assert first == second
+
+
+def test_a_friction_that_builds_up_later_is_told_by_that() -> None:
+    answer = found(loops(), loops(engagement_arcsec=60, seed=2))
+    assert answer.kind == "changed"
+    assert {c.parameter for c in answer.changed} >= {"engagement_angle_rad"}
+    [late] = [c for c in answer.changed if c.parameter == "engagement_angle_rad"]
+    assert late.moved and late.direction == "up"
 
 
 def test_a_joint_outside_the_friction_is_one_change() -> None:

@@ -188,7 +188,8 @@ def test_numbers_that_are_known_together_alone_differ_together(
 ) -> None:
     """A size and a time constant, each known to 1 and their difference to 0.2."""
     own = np.array([[1.0, 0.98], [0.98, 1.0]])
-    unknowns = [SimpleNamespace(name=f"creep.{name}") for name in ("size", "time")]
+    kinds = {"size": 0, "time": -1}
+    unknowns = [SimpleNamespace(name=f"creep.{name}", size_of=n) for name, n in kinds.items()]
     fit = Shared(
         separate=frozenset({0, 1}),
         slots=np.array([[0, 1], [2, 3]]),

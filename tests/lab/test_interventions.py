@@ -135,8 +135,8 @@ def test_preload_takes_play_and_raises_friction() -> None:
     assert {"backlash": "down", "friction_hysteresis": "up"}.items() <= directions(found).items()
     found = between("conic_pccf_1", "after_run_in", "preload_5", case=DATA / "reducer.toml")
     assert directions(found) == {"backlash": "down"}
-    # What a stiffness moves is less than what these effects leave differs between both.
-    assert set(found.hidden) == {"contact_stiffness", "sensor_gain", "torque_scale"}
+    # On what a stiffness and a gain move the ramps of one state do not agree.
+    assert set(found.hidden) == {"contact_stiffness", "torque_scale"}
     verdict = found.to_dict()["verdict"]
     assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
     assert "contact_stiffness" not in [u.effect for u in found.unchanged]
@@ -149,7 +149,8 @@ def test_preload_takes_play_and_raises_friction() -> None:
 
 def test_a_state_that_is_measured_twice_did_not_change() -> None:
     """Its small loops are 1.07 and 1.86 deg wide: that is how well this rig comes back to it, and
-    not what was done to the reducer. Who does not say that it is one state is told so."""
+    not what was done to the reducer. Who does not say that it is one state hears of the loops, and
+    of no change for certain."""
     table, moments = DATA / "conic_pccf_1.csv", ("after_run_in_repeated", "after_run_in")
     parts = [
         cbpt.read_readings(table, need_preload=False, only={"moment": moment}) for moment in moments
@@ -157,9 +158,8 @@ def test_a_state_that_is_measured_twice_did_not_change() -> None:
     found = cbpt.change(DATA / "reducer.toml", *parts, effects=EFFECTS)
     assert found.kind == "nothing"
     unsaid = between("conic_pccf_1", *moments, case=DATA / "reducer.toml")
-    assert directions(unsaid) == {"backlash": "up"}
-    [rests_on] = unsaid.to_dict()["verdict"]["rests_on"]
-    assert rests_on["would_undo"] == pytest.approx(913, rel=0.05)
+    assert unsaid.kind == "undecided" and not unsaid.changed
+    assert "The measured loops changed" in unsaid.sentence
 
 
 def test_a_stiffness_that_is_far_off_is_told_to_be_corrected_first() -> None:

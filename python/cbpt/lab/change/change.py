@@ -21,7 +21,6 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
 from cbpt.lab.change.demanded import demanded
-from cbpt.lab.change.instruments import plausible, with_instruments
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
@@ -38,6 +37,7 @@ from cbpt.lab.change.reproducibility import (
     with_set_ups,
 )
 from cbpt.lab.change.rest import Rest, again, rest_of
+from cbpt.lab.change.stand_ins import plausible, with_stand_ins
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.characteristics.warnings import RATES
 from cbpt.lab.covariance.one_thread import one_blas_thread
@@ -61,7 +61,7 @@ __all__ = ["change"]
 
 _DIAGNOSED, _FITTED, _WEIGHED, _OFFERED = 0.6, 0.7, 0.8, 0.9
 """Shares of the work that are done after the diagnoses, after the fits of each level, after the
-choices of what changed, and after the fits of instruments in its place."""
+choices of what changed, and after the fits of other effects in its place."""
 
 Given = str | os.PathLike[str] | Mapping[str, ArrayLike]
 
@@ -161,7 +161,7 @@ def change(
         choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
         weighed = weigh(choices)
         if weighed is not None and weighed.something >= RULES.certain:
-            offered = with_instruments(weighed, part_of(tell, _WEIGHED, _OFFERED))
+            offered = with_stand_ins(weighed, part_of(tell, _WEIGHED, _OFFERED))
             more = _searched(offered, count, part_of(tell, _OFFERED, 1.0))
             weighed = weigh([*choices, *filter(plausible, more)])
     if weighed is None:

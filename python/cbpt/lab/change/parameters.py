@@ -162,9 +162,11 @@ def differs(choice: Choice, effect: str) -> bool:
     from scipy.special import chdtrc
 
     group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    # Of a fit that stands for a twin's, another number has values of its own.
+    own = sorted(choice.fit.separate & set(group.unknowns)) or group.unknowns
     chances = [
         float(chdtrc(len(off), off @ np.linalg.pinv(covariance) @ off))
-        for off, covariance in choice.fit.differences(group.unknowns)
+        for off, covariance in choice.fit.differences(own)
     ]
     return choice.stands_for or min(chances) < float(chdtrc(1, 2.0**2))
 

@@ -4,6 +4,7 @@ Levels      parties of all levels, their fits and the forms
 levels_of   finds them: the effects that any level demands, in the forms most probable over all
 with_form   the same with one more effect
 forms_of    the forms that effects may have at all levels
+proposed_for_springs  effects that a diagnosis proposes for a torsion spring
 joint_in_series  a joint outside the friction
 with_engagement  the same where such a joint changes the engagement of friction
 log_noise   what the noise of a level adds to the log evidence, whatever the values
@@ -144,6 +145,15 @@ def forms_of(levels: Levels, effects: Sequence[str]) -> tuple[Variant, ...]:
     offered = [Fitter(campaign, library).variants for campaign in campaigns]
     everywhere = set.intersection(*({v.label for v in variants} for variants in offered))
     return tuple(v for v in library if v.effect in effects and v.label in everywhere)
+
+
+def proposed_for_springs(levels: Levels) -> list[str]:
+    """The effects that a diagnosis proposes for the levels of a torsion spring; none for those of
+    a ball drive."""
+    campaigns = [party.problem.campaign for party in levels.parties]
+    longest = _longest(campaigns)
+    spring = longest.drive.kind == "torsion_spring"
+    return [v.effect for v in library_of(longest, [], campaigns)] if spring else []
 
 
 def joint_in_series(levels: Levels) -> Variant | None:

@@ -7,8 +7,10 @@
                 gains
     weigh       gives them their probabilities
 
-A choice is a set of groups that have values of their own at each level. Prior odds say how often
-such a thing changes between two campaigns on one reducer; they are the same for every table.
+A choice is a set of groups that have values of their own at each level, each by its sizes alone or
+with its shapes: a friction that rises by some factor is one number more, and not three. Prior odds
+say how often such a thing changes between two campaigns on one reducer; they are the same for every
+table.
 """
 
 from __future__ import annotations
@@ -63,15 +65,23 @@ _EFFORT = _Effort()
 
 @dataclass(frozen=True)
 class Group:
-    """What changes together; `unknowns`: places among those of the levels."""
+    """What changes together: the numbers of an effect; its sizes may change and its shapes not."""
 
     effect: str
     unknowns: tuple[int, ...]
+    """Their places among the unknowns of the levels."""
+    sizes: tuple[int, ...]
+    """Those of them that are no shapes."""
+
+    @property
+    def forms(self) -> tuple[frozenset[int], ...]:
+        """What has values of its own at each level: the sizes alone, and all."""
+        return tuple(dict.fromkeys((frozenset(self.sizes), frozenset(self.unknowns))))
 
     @property
     def log_odds(self) -> float:
-        """Prior."""
-        return float(np.log(ODDS.get(self.effect, ODDS[""])))
+        """Prior of each form; one is as likely as the other."""
+        return float(np.log(ODDS.get(self.effect, ODDS[""]) / len(self.forms)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +154,16 @@ class Weighed:
 def groups_of(levels: Levels) -> tuple[Group, ...]:
     """One for each effect, and one for each number of drive and rig."""
     found: dict[str, list[int]] = {}
-    for i, unknown in enumerate(levels.fits[0].unknowns):
+    unknowns = levels.fits[0].unknowns
+    for i, unknown in enumerate(unknowns):
         effect, _, name = unknown.name.partition(".")
         if name or effect in PRIORS:
             found.setdefault(effect, []).append(i)
-    return tuple(Group(effect, tuple(places)) for effect, places in found.items())
+    groups = []
+    for effect, places in found.items():
+        sizes = [i for i in places if unknowns[i].size_of >= 0]
+        groups.append(Group(effect, tuple(places), tuple(sizes or places)))
+    return tuple(groups)
 
 
 def weigh(found: Sequence[Choice]) -> Weighed | None:
@@ -197,113 +212,136 @@ def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:
     search = _Search(levels)
     if levels.choices:
         for names in sorted(levels.choices, key=len):
-            search.score(names)
+            for own in search.forms_of(names):
+                search.score(own)
     elif search.score(frozenset()) > -np.inf:
         search.more(tell)
         search.fewer(tell)
     tell("each choice from the best values", 0.9)
     search.settle()
-    found = [Choice(names, levels, fit, odds) for names, (fit, odds) in search.scored.items()]
+    found = [
+        Choice(search.names(own), levels, fit, odds) for own, (fit, odds) in search.scored.items()
+    ]
     return [*found, *search.gains()]
 
 
 class _Search:
-    """The choices of one set of effects that were fitted so far, with their log odds."""
+    """The choices of one set of effects that were fitted so far, with their log odds, by the places
+    of the unknowns that have values of their own at each level."""
 
     def __init__(self, levels: Levels) -> None:
         self.levels = levels
-        self.groups = {g.effect: g for g in groups_of(levels)}
+        self.groups = groups_of(levels)
         self.there = sum(float(np.log(THERE.get(v.effect, THERE[""]))) for v in levels.variants)
-        self.scored: dict[frozenset[str], tuple[Shared, float]] = {}
+        self.scored: dict[frozenset[int], tuple[Shared, float]] = {}
 
-    def score(self, names: frozenset[str], of: frozenset[str] | None = None) -> float:
+    def names(self, own: frozenset[int]) -> frozenset[str]:
+        """What changed."""
+        return frozenset(group.effect for group in self._changed(own))
+
+    def forms_of(self, names: frozenset[str]) -> set[frozenset[int]]:
+        """The ways in which some groups change: in their sizes alone, or in all their numbers."""
+        ways = [group.forms for group in self.groups if group.effect in names]
+        return {frozenset[int]().union(*(way[end] for way in ways)) for end in (0, -1)}
+
+    def score(self, own: frozenset[int], of: frozenset[int] | None = None) -> float:
         """Log odds of a choice; of: another one, from whose values it is searched too."""
-        scored = self.scored
-        if names not in scored:
-            places = self._places(names)
+        own, scored = self._alongside(own), self.scored
+        if own not in scored:
             further = [scored[of][0]] if of is not None else []
-            found = _fitted(self.levels, places, _nested(names, scored), further)
+            found = _fitted(self.levels, own, _nested(own, scored), further)
             if found is None:
                 return -np.inf
-            prior = sum(self.groups[name].log_odds for name in names)
-            scored[names] = found, found.log_evidence + prior + self.there
-        return scored[names][1]
+            scored[own] = found, found.log_evidence + self._prior(own)
+        return scored[own][1]
 
-    def _places(self, names: frozenset[str]) -> frozenset[int]:
-        """The unknowns that have values of their own where some groups changed."""
-        own = {i for name in names for i in self.groups[name].unknowns}
-        return frozenset(own | {i for name, i in self.levels.alongside if name in names})
+    def _changed(self, own: frozenset[int]) -> list[Group]:
+        return [group for group in self.groups if not own.isdisjoint(group.sizes)]
+
+    def _prior(self, own: frozenset[int]) -> float:
+        return sum((group.log_odds for group in self._changed(own)), self.there)
+
+    def _alongside(self, own: frozenset[int]) -> frozenset[int]:
+        """With what changes beside a group that did, and without shapes of one that did not."""
+        changed = self._changed(own)
+        names = {group.effect for group in changed}
+        kept = own.intersection(i for group in changed for i in group.unknowns)
+        return kept | {place for name, place in self.levels.alongside if name in names}
 
     def more(self, tell: Progress) -> None:
-        """From none, one group after the other."""
-        best: frozenset[str] = frozenset()
-        most = min(_EFFORT.together, len(self.groups))
-        for number in range(most):
-            tell("what changed", 0.5 * number / most)
-            further = (best | {name} for name in self.groups.keys() - best)
+        """From none, one group after the other, by its sizes or whole."""
+        best = frozenset[int]()
+        for number in range(2 * _EFFORT.together):
+            tell("what changed", 0.25 * number / _EFFORT.together)
+            further = [best | form for group in self.groups for form in group.forms]
+            further = [own for own in further if len(self.names(own)) <= _EFFORT.together]
             top = max(further, key=self.score, default=best)
-            less = [top - {name} for name in top if len(top) > 1]
-            top = max([top, *less], key=self.score)
-            if self.score(top) < self.scored[best][1]:
+            top = max([top, *self._less(top)], key=self.score)
+            if self.score(top) <= self.scored[best][1]:
                 break
-            best = top
+            best = self._alongside(top)
+
+    def _less(self, own: frozenset[int]) -> list[frozenset[int]]:
+        """Without one of the groups that changed, or without the shapes of one."""
+        changed = self._changed(own)
+        fewer = [own.difference(group.unknowns) for group in changed]
+        shared = [own.difference(group.unknowns) | set(group.sizes) for group in changed]
+        return [less for less in dict.fromkeys([*fewer, *shared]) if less and less != own]
 
     def fewer(self, tell: Progress) -> None:
         """From all, one less after the other."""
-        best = frozenset(self.groups)
+        best = every = frozenset(i for group in self.groups for i in group.unknowns)
         if self.score(best) == -np.inf:
             return
-        while best:
-            tell("what did not change", 0.9 - 0.4 * len(best) / len(self.groups))
-            rest = (best - {name} for name in best)
-            fewer = max(rest, key=lambda names: self.score(names, best))
+        while less := self._less(best):
+            tell("what did not change", 0.9 - 0.4 * len(best) / len(every))
+            fewer = max(less, key=lambda own: self.score(own, best))
             if self.score(fewer) < self.scored[best][1]:
                 break
-            best = fewer
+            best = self._alongside(fewer)
 
     def gains(self) -> Iterator[Choice]:
         """The best choices with a gain in place of a number of the drive, and that gain alone: by
         whatever an instrument may change."""
-        gains = [g for g in self.groups if g in PRIORS and CLASSES[g] == "rig"]
-        numbers = {g for g in self.groups if g in PRIORS} - set(gains)
-        leaders = sorted(self.scored, key=lambda names: -self.scored[names][1])
+        known = [group for group in self.groups if group.effect in PRIORS]
+        gains = [group for group in known if CLASSES[group.effect] == "rig"]
+        numbers = {i for group in known if group not in gains for i in group.unknowns}
+        leaders = sorted(self.scored, key=lambda own: -self.scored[own][1])
         swapped = {
-            frozenset(names - numbers | {gain})
-            for names in leaders[: _EFFORT.leaders]
-            if names & numbers
+            (own - numbers).union(gain.unknowns)
+            for own in leaders[: _EFFORT.leaders]
+            if own & numbers
             for gain in gains
         }
-        alone = {frozenset({name for name in names if name in gains}) for names in swapped}
-        for names in sorted(swapped | alone, key=sorted):
-            loose = frozenset(i for name in names & set(gains) for i in self.groups[name].unknowns)
-            places = self._places(names)
-            of = self.levels
-            fit = fit_shared(of.parties, of.variants, places, loose=loose)
+        places = frozenset(i for gain in gains for i in gain.unknowns)
+        alone = {own & places for own in swapped}
+        for own in sorted(swapped | alone, key=sorted):
+            of, wide = self.levels, self._alongside(own)
+            fit = fit_shared(of.parties, of.variants, wide, loose=own & places)
             if fit is not None:
-                prior = sum(self.groups[name].log_odds for name in names)
-                yield Choice(names, of, fit, fit.log_evidence + prior + self.there)
+                yield Choice(self.names(wide), of, fit, fit.log_evidence + self._prior(wide))
 
     def settle(self) -> None:
         """Choices fitted again from each other's values."""
         _settled(self.levels, self.scored)
 
 
-def _settled(levels: Levels, scored: dict[frozenset[str], tuple[Shared, float]]) -> None:
+def _settled(levels: Levels, scored: dict[frozenset[int], tuple[Shared, float]]) -> None:
     """Choices fitted again from each other's values, the best first: what fits well with values of
     its own at each level may do so with one for all, and a search that stopped short of it would
     count as a change. What a choice holds fits no better than the choice."""
-    leaders = sorted(scored, key=lambda names: -scored[names][1])[: _EFFORT.leaders]
+    leaders = sorted(scored, key=lambda own: -scored[own][1])[: _EFFORT.leaders]
     least = max((odds for _, odds in scored.values()), default=0.0) - _EFFORT.room
-    for names in sorted(scored, key=len):
+    for own in sorted(scored, key=len):
         for other in leaders:
-            (fit, odds), start = scored[names], scored[other][0]
-            if not (names < other or (other < names and fit.misfit > start.misfit + 0.1)):
+            (fit, odds), start = scored[own], scored[other][0]
+            if not (own < other or (other < own and fit.misfit > start.misfit + 0.1)):
                 continue
-            if names < other and odds + 0.5 * (fit.misfit - start.misfit) < least:
+            if own < other and odds + 0.5 * (fit.misfit - start.misfit) < least:
                 continue  # not even if it fitted as well as what holds it
             again = fit_shared(levels.parties, levels.variants, fit.separate, start.points)
             if again is not None and again.log_evidence > fit.log_evidence:
-                scored[names] = again, odds + again.log_evidence - fit.log_evidence
+                scored[own] = again, odds + again.log_evidence - fit.log_evidence
 
 
 def _fitted(
@@ -327,8 +365,8 @@ def _fitted(
 
 
 def _nested(
-    names: frozenset[str], scored: dict[frozenset[str], tuple[Shared, float]]
+    own: frozenset[int], scored: dict[frozenset[int], tuple[Shared, float]]
 ) -> Sequence[Shared]:
     """The best fit of a choice that this one holds."""
-    inside = [value for other, value in scored.items() if other < names]
+    inside = [value for other, value in scored.items() if other < own]
     return [max(inside, key=lambda value: value[1])[0]] if inside else []

@@ -77,9 +77,10 @@ def dispersion_of(first: Levels, places: Sequence[Sequence[int]]) -> float:
             parties=tuple(first.parties[k] for k in state),
             fits=tuple(first.fits[k] for k in state),
         )
-        misfits = {choice.changed: choice.fit.misfit for choice in choices_of(levels)}
-        if misfits:
-            gained += misfits[frozenset()] - min(misfits.values())
+        choices = choices_of(levels)
+        if choices:
+            shared = next(choice.fit.misfit for choice in choices if not choice.changed)
+            gained += shared - min(choice.fit.misfit for choice in choices)
             numbers += len(first.fits[0].unknowns) * (len(state) - 1)
     return max(gained / max(numbers, 1), 1.0)
 

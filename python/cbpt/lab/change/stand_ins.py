@@ -1,12 +1,15 @@
-"""Errors of instruments, and a joint in series, in place of what seems to have changed.
+"""Other effects in place of what seems to have changed.
 
-with_instruments  sets of effects with an instrument that may have changed instead
-plausible         whether its error in a choice is
+with_stand_ins  sets of effects with one that may have changed instead
+plausible       whether its size in a choice is
 
-A diagnosis of each level names what that level needs; an error of an instrument that is there at
-one level alone may be taken for a change of what every level has. So each one that the rig may have
-is fitted beside the effects of the best answer, and in place of each that changed in it. One that
-all levels share may do the same where what it does differs with how a level is loaded, as a lag
+A diagnosis of each level names what that level needs, and effects that are named may not be all
+that there are. What is there at one level alone, or what the model lacks, may be taken for a change
+of what every level has: an error of an instrument, or friction and damping by the rate,
+which look like a lag; of a torsion spring anything that a diagnosis proposes
+(a ball drive has far more, each of which costs as many fits). So each is fitted beside the effects
+of the best answer, and in place of each that changed in it. One that all levels share may do the
+same where what it does differs with how a level is loaded, as a lag
 does with the rate: then nothing has changed. So is a joint that takes
 the whole torque fitted: of a fixture that is there at one level alone.
 """
@@ -21,6 +24,7 @@ from cbpt.lab.change.parties import (
     Levels,
     forms_of,
     joint_in_series,
+    proposed_for_springs,
     with_engagement,
     with_form,
 )
@@ -32,20 +36,20 @@ from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.rules import RULES
 
-INSTRUMENTS = tuple(
-    effect
-    for effect, kind in CLASSES.items()
-    if kind == "rig" and effect not in PRIORS and effect != "run_offset"
-)
-"""Errors of instruments that are no numbers of the rig: zeros, lags, curves, drifts."""
+_INSTRUMENTS = {
+    *(effect for effect, kind in CLASSES.items() if kind == "rig" and effect != "run_offset"),
+    *("rate_friction", "damping"),
+}
+"""Errors of instruments (zeros, lags, curves, drifts), and what looks like a lag."""
 
 
-def with_instruments(weighed: Weighed, tell: Progress = untold) -> list[Levels]:
-    """Sets of effects in which an instrument may have changed in place of what most probably did;
-    those that follow the levels by far worse are left."""
+def with_stand_ins(weighed: Weighed, tell: Progress = untold) -> list[Levels]:
+    """Sets of effects in which one more may have changed in place of what most probably did; those
+    that follow the levels by far worse are left."""
     best = next(choice for choice in weighed.choices if choice.changed)
     have = [v.effect for v in best.levels.variants]
-    forms = forms_of(best.levels, [effect for effect in INSTRUMENTS if effect not in have])
+    tried = _INSTRUMENTS | set(proposed_for_springs(best.levels))
+    forms = forms_of(best.levels, sorted(tried - PRIORS.keys() - set(have)))
     places = (None, *(effect for effect in have if effect in best.changed))
     sets = list(product(forms, places))
     found = []
@@ -87,7 +91,7 @@ def _as_good(levels: Levels, other: Levels) -> bool:
 
 
 def _plausible(levels: Levels, form: Variant) -> bool:
-    """Whether no level needs an implausible error."""
+    """Whether no level needs an implausible size."""
     most = _most(form)
     return all(
         abs(fit.value(u)) <= high
@@ -107,8 +111,8 @@ def _most(form: Variant) -> list[float]:
 
 
 def plausible(choice: Choice) -> bool:
-    """Whether the error of a choice with an instrument, the last of its effects, is of a plausible
-    size at every level."""
+    """Whether the last effect of a choice, which stands in for another, is of a plausible size at
+    every level."""
     form, unknowns = choice.levels.variants[-1], choice.levels.fits[0].unknowns
     last = len(choice.levels.variants) - 1
     places = [i for i, u in enumerate(unknowns) if u.size_of == last]
@@ -119,11 +123,11 @@ def plausible(choice: Choice) -> bool:
     )
 
 
-def _choices(best: Choice, levels: Levels, instrument: str) -> Sequence[frozenset[str]]:
-    """What may have changed: nothing, or all but one of what else did, with an error that all
-    levels share; the instrument, it and what else changed, it in place of each of that."""
+def _choices(best: Choice, levels: Levels, other: str) -> Sequence[frozenset[str]]:
+    """What may have changed: nothing, or all but one of what else did, with another effect that all
+    levels share; the other, it and what else changed, it in place of each of that."""
     possible = {v.effect for v in levels.variants} | PRIORS.keys()
     changed = best.changed & possible
     fewer = [frozenset[str](), *(changed - {effect} for effect in sorted(changed))]
-    one = frozenset({instrument})
+    one = frozenset({other})
     return list(dict.fromkeys([*fewer, *(names | one for names in (*fewer, changed))]))
