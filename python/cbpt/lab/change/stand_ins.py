@@ -5,13 +5,12 @@ plausible       whether its size in a choice is
 
 A diagnosis of each level names what that level needs, and effects that are named may not be all
 that there are. What is there at one level alone, or what the model lacks, may be taken for a change
-of what every level has: an error of an instrument, or friction and damping by the rate,
-which look like a lag; of a torsion spring anything that a diagnosis proposes
-(a ball drive has far more, each of which costs as many fits). So each is fitted beside the effects
-of the best answer, and in place of each that changed in it. One that all levels share may do the
-same where what it does differs with how a level is loaded, as a lag
-does with the rate: then nothing has changed. So is a joint that takes
-the whole torque fitted: of a fixture that is there at one level alone.
+of what every level has: an error of an instrument; friction or damping by the rate, which look like
+a lag; a joint that takes the whole torque, of a fixture. So each is fitted beside the effects of
+the best answer, and in place of each that changed in it; for a torsion spring so is anything that a
+diagnosis proposes (for a ball drive that is far more, each of which costs as many fits). One that
+all levels share may do the same where what it does differs with how a level is loaded, as a lag
+does with the rate: then nothing has changed.
 """
 
 from __future__ import annotations

@@ -203,9 +203,10 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
     yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
-    # A curve 1/angle per angle is an error as large as the angle itself, at the largest torque.
+    # A curve 1/angle per angle is an error as large as the angle itself, at the largest torque; of
+    # no sensor that anyone measures with it is more than a twentieth.
     nonlinear = _of(
-        "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.5
+        "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.05
     )
     yield _signed(nonlinear, ratios=(1.0, 1 / angle))
     yield from sensor_hystereses(angle)
