@@ -163,7 +163,7 @@ def change(
         if weighed is not None and weighed.something >= RULES.certain:
             offered = with_stand_ins(weighed, part_of(tell, _WEIGHED, _OFFERED))
             more = _searched(offered, count, part_of(tell, _OFFERED, 1.0))
-            weighed = weigh([*choices, *filter(plausible, more)])
+            weighed = weigh(_searched_whole([*choices, *filter(plausible, more)]))
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -314,6 +314,17 @@ def _searched(
         begin, end = (i / len(candidates) for i in (k, k + 1))
         found += choices_of(count(levels), part_of(tell, begin, end))
     return found
+
+
+def _searched_whole(found: Sequence[Choice]) -> list[Choice]:
+    """What stands in is tried beside what seemed to have changed without it. Where that is the most
+    probable, anything of its set may have changed, and all that may is searched."""
+    best = max(found, key=lambda choice: choice.log_odds)
+    if not best.levels.choices:
+        return list(found)
+    whole = choices_of(replace(best.levels, choices=()))
+    rest = [choice for choice in found if choice.levels is not best.levels]
+    return [*rest, *filter(plausible, whole)]
 
 
 def _estimated(candidates: Sequence[Levels], states: Sequence[Sequence[int]]) -> float:

@@ -140,14 +140,15 @@ def fits_of_forms(
 ) -> dict[tuple[Variant, ...], Fit]:
     """The most probable fit of some effects in each of their forms, from promising starts.
 
-    among: labels of forms to which effects that have any of them are confined.
+    among: labels of forms to which effects that have any of them are confined, unless no start
+    shows them together.
 
     Raises `InvalidInputError` and `ReadingsError` as `best_fit` does.
     """
     every = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
     forms = [[v for v in of_one if v.label in among] or of_one for of_one in every]
     null = fitter.fit(Hypothesis())
-    found = {} if null is None else _fits(fitter, null, forms)
+    found = {} if null is None else _fits(fitter, null, forms) or _fits(fitter, null, every)
     if not found:
         raise InvalidInputError(
             f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
