@@ -85,7 +85,9 @@ def _told(c: Changed) -> str:
     sizes = _sizes(c)
     if not c.moved:
         return f"{c.effect} changed, no number by more than twice its uncertainty"
-    return f"{c.effect} {WAYS[c.direction]}: {sizes}"
+    way = WAYS[c.direction]
+    # Another transition torque is no less play.
+    return f"{c.effect} changed: {sizes} ({way})" if c.is_shape else f"{c.effect} {way}: {sizes}"
 
 
 def _sizes(c: Changed) -> str:
