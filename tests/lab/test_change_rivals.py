@@ -248,3 +248,18 @@ def test_a_bound_in_units_is_not_beyond_the_bound() -> None:
     assert points is not None
     for point in points:
         assert np.all(first.coordinates(point) <= high)
+
+
+def test_a_gain_that_would_go_beyond_what_is_plausible_explains_nothing() -> None:
+    """Beside a law that the model lacks, a gain of 0.7, where its range ends, was told for
+    certain on a real reducer whose friction rose."""
+    table = play(60.0)
+    half = play(60.0, seed=2)
+    half["elastic_angle_arcsec"] = 0.5 * half["elastic_angle_arcsec"]
+    answer = cbpt.change(SPRING, table, half, effects=["backlash"])
+    unknowns = [u.name for u in answer.weighed.best.levels.fits[0].unknowns]
+    likely = [c for c in answer.weighed.choices if c.probability > 0.01]
+    assert answer.kind == "changed" and likely
+    for choice in likely:
+        gains = {"torque_scale", "sensor_gain"} & choice.changed
+        assert not choice.fit.ends_at_limit([unknowns.index(gain) for gain in gains])

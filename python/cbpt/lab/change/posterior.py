@@ -302,7 +302,7 @@ class _Search:
 
     def gains(self) -> Iterator[Choice]:
         """The best choices with a gain in place of a number of the drive, and that gain alone: by
-        whatever an instrument may change."""
+        whatever an instrument may change, and no further."""
         known = [group for group in self.groups if group.effect in PRIORS]
         gains = [group for group in known if CLASSES[group.effect] == "rig"]
         numbers = {i for group in known if group not in gains for i in group.unknowns}
@@ -318,7 +318,7 @@ class _Search:
         for own in sorted(swapped | alone, key=sorted):
             of, wide = self.levels, self._alongside(own)
             fit = fit_shared(of.parties, of.variants, wide, loose=own & places)
-            if fit is not None:
+            if fit is not None and not fit.ends_at_limit(own & places):
                 yield Choice(self.names(wide), of, fit, fit.log_evidence + self._prior(wide))
 
     def settle(self) -> None:

@@ -11,7 +11,7 @@ Laplace's approximation gives the evidence, with one prior for each slot.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -79,6 +79,14 @@ class Shared:
         low, high = (bound[slot] for bound in self.bounds)
         near = 1e-6 * max(high - low, 1e-300)
         return next((float(b) for b in (low, high) if abs(self.x[slot] - b) <= near), None)
+
+    def ends_at_limit(self, unknowns: Collection[int]) -> bool:
+        """Whether some value of one of these ends at a bound, and would go further."""
+        return any(
+            self.limit(level, unknown) is not None
+            for level in range(len(self.slots))
+            for unknown in unknowns
+        )
 
 
 def fit_shared(
