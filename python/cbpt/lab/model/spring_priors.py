@@ -189,6 +189,14 @@ def _frictions(campaign: Campaign, torque: float, angle: float) -> Iterator[Vari
         yield _with(growing, (engagement,), f"{name}, growing with the load", needs)
 
 
+def _sensor_curve(angle: float) -> Variant:
+    """A curve 1/angle per angle is an error as large as the angle itself, at the largest torque; of
+    no sensor that anyone measures with it is more than a twentieth."""
+    names = "quadratic_per_rad", "cubic_per_rad2"
+    curve = _of("sensor_nonlinearity", names, 1 / angle, 1e-3, 0.05)
+    return _signed(curve, ratios=(1.0, 1 / angle))
+
+
 def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     readings = campaign.readings
     torque, angle = _reach(campaign)
@@ -203,12 +211,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
     yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
-    # A curve 1/angle per angle is an error as large as the angle itself, at the largest torque; of
-    # no sensor that anyone measures with it is more than a twentieth.
-    nonlinear = _of(
-        "sensor_nonlinearity", ("quadratic_per_rad", "cubic_per_rad2"), 1 / angle, 1e-3, 0.05
-    )
-    yield _signed(nonlinear, ratios=(1.0, 1 / angle))
+    yield _sensor_curve(angle)
     yield from sensor_hystereses(angle)
     yield from _lags(campaign, torque)
     yield from _rate_frictions(campaign)
