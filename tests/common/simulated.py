@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt import read_readings
+from cbpt.lab.covariance.fit_noise import log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import Noise, Rows
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -104,3 +105,8 @@ def sample(noise: Noise, u_arcsec: Floats, rows: Rows, rng: np.random.Generator)
 TWELVE = Rows.of(np.repeat(np.arange(12), 33))
 U = np.full(396, 0.3)
 ONE, FLAT = np.ones((396, 1)), np.zeros(1)
+
+
+def prior_of_scale(scale: float, stated_dof: float) -> float:
+    """Log prior of one scale of a noise."""
+    return float(log_scale_prior(np.array(scale), stated_dof))

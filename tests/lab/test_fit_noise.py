@@ -14,7 +14,6 @@ from cbpt.lab.covariance.fit_noise import (
     PRICE,
     STATED_DOF,
     fit_noise,
-    log_scale_prior,
 )
 from cbpt.lab.covariance.linear_gaussian import (
     Linear,
@@ -25,11 +24,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     log_likelihood,
 )
 from common import mostly_long
-from common.simulated import FLAT, ONE, TWELVE, Floats, U, dense, sample
-
-
-def _prior_of_scale(scale: float, stated_dof: float) -> float:
-    return float(log_scale_prior(np.array(scale), stated_dof))
+from common.simulated import FLAT, ONE, TWELVE, Floats, U, dense, prior_of_scale, sample
 
 
 def found(y: Floats, start: Noise | None = None, structures: bool = True) -> Noise:
@@ -87,7 +82,7 @@ def most_likely(y: Floats) -> float:
         size = float(both[:, 1] @ both[:, 1])
         chi2 = float(both[:, 0] @ both[:, 0]) - float(both[:, 0] @ both[:, 1]) ** 2 / size
         value = -0.5 * chi2 - float(np.log(np.diag(factor)).sum()) - 0.5 * np.log(size)
-        return -float(value + _prior_of_scale(noise.scale, STATED_DOF))
+        return -float(value + prior_of_scale(noise.scale, STATED_DOF))
 
     starts = [(0.0, 0.5, -3.0), (0.0, 0.5, 0.0)]
     return -min(float(minimize(negative, s, method="Nelder-Mead").fun) for s in starts)
@@ -151,7 +146,7 @@ def test_the_value_is_the_dense_likelihood_less_its_price(noise: Noise) -> None:
     chi2 = y @ inverse @ y - (x.T @ inverse @ y) @ np.linalg.solve(a, x.T @ inverse @ y)
     exact = -0.5 * (chi2 - np.linalg.slogdet(inverse)[1])
     exact += -0.5 * np.linalg.slogdet(a)[1] + 0.5 * np.log(precision[1])
-    exact += _prior_of_scale(got.scale, STATED_DOF) - PRICE * got.numbers
+    exact += prior_of_scale(got.scale, STATED_DOF) - PRICE * got.numbers
     assert value == pytest.approx(exact, abs=0.02)
 
 
@@ -165,7 +160,7 @@ def test_the_scale_is_the_most_probable_one() -> None:
         return (
             -0.5 * chi2 / float(scale) ** 2
             - 395 * float(np.log(scale))
-            + _prior_of_scale(scale, STATED_DOF)
+            + prior_of_scale(scale, STATED_DOF)
         )
 
     grid = np.linspace(1.2, 2.2, 2001)
@@ -198,7 +193,7 @@ def test_the_scale_is_the_most_probable_one_beside_what_has_none(
     def log_posterior(at: float) -> float:
         whitener = Whitener.of(replace(noise, scale=at), U, TWELVE)
         margin = Margin.of(whitener(y), whitener(ONE), FLAT)
-        return log_likelihood(margin.chi2, whitener, margin.log_volume) + _prior_of_scale(
+        return log_likelihood(margin.chi2, whitener, margin.log_volume) + prior_of_scale(
             at, STATED_DOF
         )
 
@@ -217,8 +212,8 @@ def test_nothing_stated_leaves_the_scale_to_the_readings() -> None:
     y = sample(Noise(50.0), U, TWELVE, np.random.default_rng(7))
     noise, _ = fit_noise(Linear(y, ONE, FLAT), U, TWELVE, Noise(), stated_dof=1e-3)
     assert noise.scale == pytest.approx(float(np.std(y, ddof=1)) / 0.3, rel=1e-4)
-    assert _prior_of_scale(1.0, STATED_DOF) == 0.0
-    assert _prior_of_scale(0.5, STATED_DOF) < 0 and _prior_of_scale(2.0, STATED_DOF) < 0
+    assert prior_of_scale(1.0, STATED_DOF) == 0.0
+    assert prior_of_scale(0.5, STATED_DOF) < 0 and prior_of_scale(2.0, STATED_DOF) < 0
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,6 @@ from cbpt.lab.covariance.fit_noise import (
     PRICE,
     _Sums,
     fit_noise,
-    log_scale_prior,
     price_of,
 )
 from cbpt.lab.covariance.linear_gaussian import (
@@ -41,11 +40,6 @@ from cbpt.lab.covariance.outliers import price_of_inflation
 from cbpt.lab.covariance.rounding import rounds_alike, scatter_behind
 from common.drives import examples
 from common.simulated import FLAT, ONE, TWELVE, Floats, U, dense, sample
-
-
-def _prior_of_scale(scale: float, stated_dof: float) -> float:
-    return float(log_scale_prior(np.array(scale), stated_dof))
-
 
 # --- order of rows ------------------------------------------------------------------------
 
