@@ -59,9 +59,9 @@ from cbpt.lab.wording.numbers import listed, rounded
 
 __all__ = ["change"]
 
-_DIAGNOSED, _FITTED, _WEIGHED, _OFFERED = 0.6, 0.7, 0.8, 0.9
+_DIAGNOSED, _FITTED, _WEIGHED, _OFFERED, _TRIED = 0.6, 0.7, 0.8, 0.85, 0.95
 """Shares of the work that are done after the diagnoses, after the fits of each level, after the
-choices of what changed, and after the fits of other effects in its place."""
+choices of what changed, and after the fits and the choices of other effects in its place."""
 
 Given = str | os.PathLike[str] | Mapping[str, ArrayLike]
 
@@ -162,8 +162,9 @@ def change(
         weighed = weigh(choices)
         if weighed is not None and weighed.something >= RULES.certain:
             offered = with_stand_ins(weighed, part_of(tell, _WEIGHED, _OFFERED))
-            more = _searched(offered, count, part_of(tell, _OFFERED, 1.0))
-            weighed = weigh(_searched_whole([*choices, *filter(plausible, more)]))
+            more = _searched(offered, count, part_of(tell, _OFFERED, _TRIED))
+            every = [*choices, *filter(plausible, more)]
+            weighed = weigh(_searched_whole(every, part_of(tell, _TRIED, 1.0)))
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -316,13 +317,13 @@ def _searched(
     return found
 
 
-def _searched_whole(found: Sequence[Choice]) -> list[Choice]:
+def _searched_whole(found: Sequence[Choice], tell: Progress) -> list[Choice]:
     """What stands in is tried beside what seemed to have changed without it. Where that is the most
     probable, anything of its set may have changed, and all that may is searched."""
     best = max(found, key=lambda choice: choice.log_odds)
     if not best.levels.choices:
         return list(found)
-    whole = choices_of(replace(best.levels, choices=()))
+    whole = choices_of(replace(best.levels, choices=()), tell)
     rest = [choice for choice in found if choice.levels is not best.levels]
     return [*rest, *filter(plausible, whole)]
 
