@@ -101,15 +101,11 @@ impl<W: Whitened> Search<'_, W> {
     fn rated(&self, correlation: f64, offset: f64) -> Rated<W::Error> {
         let correlation = correlation.min(self.task.most_correlation);
         let (first, balanced) = self.at(self.start_scale, correlation, offset)?;
-        if (balanced / self.start_scale - 1.0).abs() < 1e-3 {
-            return Ok(first);
-        }
-        let (second, _) = self.at(balanced, correlation, offset)?;
+        let near = (balanced / self.start_scale - 1.0).abs() < 1e-3;
+        let found = if near { first } else { self.at(balanced, correlation, offset)?.0 };
         // Where a part of the noise has a size of its own, misfit and scale do not go together.
-        if self.task.whitened.scales() && self.task.shared == 0 {
-            return Ok(second);
-        }
-        self.climbed(better(first, second), [correlation, offset])
+        let whole = self.task.whitened.scales() && self.task.shared == 0;
+        if whole { Ok(found) } else { self.climbed(better(first, found), [correlation, offset]) }
     }
 
     /// A noise uphill from one, by the scale: Newton steps in its logarithm, whose derivatives are differences.
