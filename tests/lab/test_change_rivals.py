@@ -71,8 +71,8 @@ def test_one_of_a_group_that_is_told_is_not_said_to_be_too_small(
     """Beside a rest between what the stiffness and what the gain moves."""
     tables = play(300.0), stiffened(play(300.0, seed=2))
 
-    def with_hidden(weighed: Weighed) -> Rest:
-        return replace(rest_of(weighed), hidden=("contact_stiffness",))
+    def with_hidden(weighed: Weighed, comes_back: bool) -> Rest:
+        return replace(rest_of(weighed, comes_back), hidden=("contact_stiffness",))
 
     monkeypatch.setattr("cbpt.lab.change.change.rest_of", with_hidden)
     answer = cbpt.change(SPRING, *tables, effects=["backlash"])

@@ -158,6 +158,22 @@ def test_what_is_left_of_both_levels_alike_says_nothing() -> None:
     assert answer.kind == "nothing" and answer.odd_level is None
 
 
+@pytest.mark.parametrize("shift", [1.0, 3.0])
+def test_another_law_that_no_effect_follows_is_not_nothing(shift: float) -> None:
+    """As large in both levels, and alike in the runs of each: no number of the model changed."""
+    waves = [40 * np.sin(np.tile(BOTH_WAYS, 2) / 2 + at) for at in (0.0, shift)]
+    tables = [with_more(level(BOTH_WAYS, 150.0, seed=s), w) for s, w in enumerate(waves, 1)]
+    answer = found(*tables)
+    assert answer.kind == "undecided" and answer.probability < 0.5 and not answer.unchanged
+    differ = answer.to_dict()["rests_differ_arcsec"]
+    assert differ == pytest.approx(40 * abs(np.sin(shift / 2)), rel=0.4)
+    assert answer.sentence.startswith("Of what the model follows nothing changed")
+    assert "something that the model lacks changed" in answer.sentence
+    # Of a rig that does not come back to its state the rest does not either.
+    again = cbpt.change(CASE, *tables, effects=[FRICTION, "backlash"], reproducibility_arcsec=40.0)
+    assert again.kind == "nothing" and again.rests_differ_arcsec is None
+
+
 def test_more_scatter_is_no_rest() -> None:
     answer = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2, u=12.0))
     assert answer.kind == "nothing" and answer.odd_level is None

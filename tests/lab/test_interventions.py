@@ -250,7 +250,7 @@ def test_runs_with_the_same_torques_are_one_run_in_the_uncertainty_beside_a_rest
     tell no more of it."""
     whole = between("split_undersized_pccf_1", "initial_repeated", "initial")
     levels = whole.weighed.best.levels
-    is_law = rest_of(whole.weighed).is_law
+    is_law = rest_of(whole.weighed, comes_back=False).is_law
     assert all(is_law)
     doubts = doubts_of(levels, is_law, alone=True)
     assert doubts_of(levels, [False, False], alone=True) == [1.0, 1.0]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.covariance.repeated_runs import (
     comes_again,
-    differing_arcsec,
+    differing_of,
     kinds_of_runs,
     most_correlation,
 )
@@ -71,11 +71,48 @@ def test_what_two_tables_leave_alike_does_not_differ() -> None:
     before, after = table(np.full(RUNS, 4.0)), table(np.full(RUNS, 4.0), seed=1)
     law, more = np.tile(50 * np.sin(4 * SHARES), RUNS), np.tile(3 * np.cos(9 * SHARES), RUNS)
     one = [np.ones(RUNS * N)] * 2
-    assert differing_arcsec([before, after], [law, law], one) == pytest.approx(0.0, abs=1e-9)
-    found = differing_arcsec([before, after], [law, law + more], one)
+    same = differing_of([before, after], [law, law], one)
+    assert same is not None and same.arcsec == pytest.approx(0.0, abs=1e-9)
+    assert same.correlation == 1.0 and same.p_value == 1.0
+    found = differing_of([before, after], [law, law + more], one)
     off = 3 * (np.cos(9 * SHARES) - np.mean(np.cos(9 * SHARES)))
-    assert found == pytest.approx(np.sqrt(np.mean(off**2) / 2))
-    assert differing_arcsec([before, table(np.full(RUNS, 8.0))], [law, law], one) is None
+    assert found is not None and found.arcsec == pytest.approx(np.sqrt(np.mean(off**2) / 2))
+    assert differing_of([before, table(np.full(RUNS, 8.0))], [law, law], one) is None
+
+
+def test_how_much_of_a_law_is_alike_in_two_tables() -> None:
+    """Under noise as large as the laws: their correlation is found, and noise has none."""
+    before, after = table(np.full(RUNS, 4.0)), table(np.full(RUNS, 4.0), seed=1)
+    shared, own = np.sin(9 * SHARES), np.cos(9 * SHARES)
+    shared, own = (np.tile((x - x.mean()) / x.std(), RUNS) for x in (shared, own))
+    one = [np.ones(RUNS * N)] * 2
+    for angle in (0.0, 0.5, 1.0, 1.5):
+        after_it = np.cos(angle) * shared + np.sin(angle) * own
+        found = [
+            differing_of(
+                [before, after], [shared + noise(0.5, s), after_it + noise(0.5, 100 + s)], one
+            )
+            for s in range(10)
+        ]
+        alike = np.array([f.correlation for f in found if f is not None])
+        r = float(np.corrcoef(shared, after_it)[0, 1])
+        assert np.mean(alike) == pytest.approx(r, abs=0.1), angle
+        if angle >= 1.0:
+            assert all(f is not None and f.p_value < 1e-3 for f in found), angle
+
+
+def test_noise_does_not_differ_from_table_to_table() -> None:
+    before, after = table(np.full(RUNS, 4.0)), table(np.full(RUNS, 4.0), seed=1)
+    one = [np.ones(RUNS * N)] * 2
+    for correlation in (0.0, 0.6, 0.95):
+        chances = []
+        for seed in range(60):
+            left = [noise(correlation, seed), noise(correlation, 1000 + seed)]
+            found = differing_of([before, after], left, one)
+            assert found is not None
+            chances.append(found.p_value)
+        assert np.mean(np.array(chances) < 0.05) < 0.17, correlation
+        assert min(chances) > 1e-4, correlation
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])

@@ -43,12 +43,8 @@ class Change(Reported, ChangeData):
             "by": self.by,
             "verdict": self._verdict(),
             "unchanged": [asdict(u) for u in self.unchanged],
-            "odd_level": self.odd_level
-            and asdict(self.odd_level)
-            | {
-                "level": self.levels[self.odd_level.level],
-                "other": self.levels[self.odd_level.other],
-            },
+            "odd_level": self._odd_level(),
+            "rests_differ_arcsec": self.rests_differ_arcsec,
             "not_shown": {effect: list(levels) for effect, levels in self.not_shown.items()},
             "by_itself": [_plain(b) for b in self.by_itself],
             "noise": self.noise.to_dict(),
@@ -96,6 +92,13 @@ class Change(Reported, ChangeData):
             "levels_differ_by_arcsec": self.levels_differ_by_arcsec,
             "notes": list(self.notes),
         }
+
+    def _odd_level(self) -> dict[str, Any] | None:
+        """With the names of its levels."""
+        odd = self.odd_level
+        if odd is None:
+            return None
+        return asdict(odd) | {"level": self.levels[odd.level], "other": self.levels[odd.other]}
 
     def _verdict(self) -> dict[str, Any]:
         """What changed, as plain values."""

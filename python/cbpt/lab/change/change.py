@@ -158,20 +158,15 @@ def change(
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
-        choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
-        weighed = weigh(choices)
-        if weighed is not None and weighed.something >= RULES.certain:
-            offered = with_stand_ins(weighed, part_of(tell, _WEIGHED, _OFFERED))
-            more = _searched(offered, count, part_of(tell, _OFFERED, _TRIED))
-            every = [*choices, *filter(plausible, more)]
-            weighed = weigh(_searched_whole(every, part_of(tell, _TRIED, 1.0)))
+        weighed = _weighed(candidates, count, tell)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
             "with cbpt compare first"
         )
     loops = widths_of(parts, reproducibility_arcsec, states)
-    answer = _answer(names, parts, weighed, answers, by, loops)
+    rest = rest_of(weighed, comes_back=reproducibility_arcsec is None)
+    answer = _answer(dict(zip(names, parts, strict=True)), weighed, rest, answers, by, loops)
     notes = [*notes_of_levels(names, histories), *_notes(campaigns, weighed, named)]
     if answer.kind == "changed" and reproducibility_arcsec is None:
         notes.append(unless_repeated(_between_runs_arcsec(weighed.best.levels)))
@@ -317,6 +312,21 @@ def _searched(
     return found
 
 
+def _weighed(
+    candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
+) -> Weighed | None:
+    """What may have changed by every set of effects and, where something did, by what may stand in
+    its place."""
+    choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
+    weighed = weigh(choices)
+    if weighed is None or weighed.something < RULES.certain:
+        return weighed
+    offered = with_stand_ins(weighed, part_of(tell, _WEIGHED, _OFFERED))
+    more = _searched(offered, count, part_of(tell, _OFFERED, _TRIED))
+    every = [*choices, *filter(plausible, more)]
+    return weigh(_searched_whole(every, part_of(tell, _TRIED, 1.0)))
+
+
 def _searched_whole(found: Sequence[Choice], tell: Progress) -> list[Choice]:
     """What stands in is tried beside what seemed to have changed without it. Where that is the most
     probable, anything of its set may have changed, and all that may is searched."""
@@ -414,19 +424,18 @@ def _told(
 
 
 def _answer(
-    names: Sequence[str],
-    parts: Sequence[Readings],
+    parts: Mapping[str, Readings],
     weighed: Weighed,
+    rest: Rest,
     answers: Sequence[Diagnosis],
     by: str | None,
     loops: tuple[LoopWidths, ...],
 ) -> Change:
-    something, levels = weighed.something, weighed.best.levels
+    something, levels, names = weighed.something, weighed.best.levels, list(parts)
     tables = [party.problem.campaign.readings for party in levels.parties]
     rmse_arcsec = tuple(
         rmse_of(p.problem.campaign, f) for p, f in zip(levels.parties, levels.fits, strict=True)
     )
-    rest = rest_of(weighed)
     kind: Kind = "undecided"
     if something >= RULES.certain and not rest.hides_all:
         kind = "changed"
@@ -442,7 +451,8 @@ def _answer(
     not_shown = {h.number.effect: tuple(names[k] for k in h.not_shown) for h in held if h.not_shown}
     noise = noise_change(tables, levels.fits)
     odd_level = odd_level_of(levels, noise.u_arcsec) if kind == "nothing" else None
-    if kind == "nothing" and (not_shown or odd_level):
+    differs = rest.differs_arcsec if kind == "nothing" else None
+    if kind == "nothing" and (not_shown or odd_level or differs):
         kind = "undecided"
     # No rest of a level is one that the effects of all levels follow.
     of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
@@ -455,7 +465,7 @@ def _answer(
         noise=noise,
         remains=max(remains, key=lambda left: left["rms_arcsec"], default=None),
         levels=tuple(names),
-        readings=tuple(parts),
+        readings=tuple(parts.values()),
         rmse_arcsec=rmse_arcsec,
         not_followed_arcsec=rest.not_followed_arcsec,
         moves_arcsec=rest.moves_arcsec,
@@ -470,4 +480,5 @@ def _answer(
         loops=loops,
         not_shown=not_shown,
         odd_level=odd_level,
+        rests_differ_arcsec=differs,
     )

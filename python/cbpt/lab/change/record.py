@@ -141,6 +141,10 @@ class ChangeData:
     changed there cannot be told."""
     odd_level: OddLevel | None = None
     """The level that holds something that its own fit does not follow, and another has not."""
+    rests_differ_arcsec: float | None = None
+    """By how much what the effects leave differs from level to level in runs with the same torques,
+    where they follow no change and it is another law there; None where they do, where it is much
+    alike, or where the rig is stated or measured not to come back to its state."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""
@@ -172,9 +176,14 @@ class ChangeData:
         return (
             self.kind == "undecided"
             and self.probability < RULES.undecided
-            and (bool(self.not_shown) or self.odd_level is not None)
+            and (bool(self.not_shown) or self.beyond_the_model)
             and self.differing_loops is None
         )
+
+    @property
+    def beyond_the_model(self) -> bool:
+        """Whether levels differ by what no fitted effect follows."""
+        return self.odd_level is not None or self.rests_differ_arcsec is not None
 
     @property
     def moved_less_than_is_left(self) -> bool:

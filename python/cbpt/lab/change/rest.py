@@ -16,7 +16,7 @@ from cbpt.lab.change.agreement import runs_agree
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Weighed
 from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
-from cbpt.lab.covariance.repeated_runs import ComesAgain, comes_again, differing_arcsec
+from cbpt.lab.covariance.repeated_runs import ComesAgain, Differing, comes_again, differing_of
 from cbpt.lab.selection.rules import RULES
 
 
@@ -33,6 +33,9 @@ class Rest:
     noise."""
     not_followed_arcsec: float
     """The largest rest that is no noise; else 0."""
+    differs_arcsec: float | None
+    """By how much it differs from level to level in runs with the same torques, where it is another
+    law there: the rest of one level explains less than half of the rest of another; else None."""
     apart_arcsec: float | None
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
@@ -52,8 +55,10 @@ class Rest:
         return smaller or len(self.hidden) == len(self.moves_arcsec)
 
 
-def rest_of(weighed: Weighed) -> Rest:
-    """By the best answer."""
+def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
+    """By the best answer. comes_back: whether the rig is taken to come back to the same state when
+    it is set up again. What a new set-up may change of the fitted curve, it may change of the
+    rest."""
     levels = weighed.best.levels
     campaigns = [party.problem.campaign for party in levels.parties]
     left = [fit.residual_arcsec for fit in levels.fits]
@@ -63,15 +68,14 @@ def rest_of(weighed: Weighed) -> Rest:
         default=0.0,
     )
     moves_arcsec = {e: moves_of(weighed.best_with(e), e) for e in weighed.likely}
-    differ_arcsec = differing_arcsec(
-        [c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns]
-    )
-    told_from_arcsec = min(not_followed_arcsec, np.inf if differ_arcsec is None else differ_arcsec)
+    differing = differing_of([c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns])
+    told_from_arcsec = min(not_followed_arcsec, np.inf if differing is None else differing.arcsec)
     runs_differ = tuple(e for e in moves_arcsec if not runs_agree(weighed.best_with(e), e))
     return Rest(
         is_law=is_law,
         not_followed_arcsec=not_followed_arcsec,
         apart_arcsec=reproducibility_of(levels, [range(len(campaigns))]),
+        differs_arcsec=_other_law(differing) if comes_back else None,
         moves_arcsec=moves_arcsec,
         told_from_arcsec=told_from_arcsec,
         runs_differ=runs_differ,
@@ -79,6 +83,13 @@ def rest_of(weighed: Weighed) -> Rest:
             e for e, arcsec in moves_arcsec.items() if arcsec < told_from_arcsec or e in runs_differ
         ),
     )
+
+
+def _other_law(differing: Differing | None) -> float | None:
+    """How much differs, where noise does not and what is left has another pattern."""
+    if differing is None or differing.p_value >= RULES.left_chance:
+        return None
+    return None if differing.correlation**2 >= 0.5 else differing.arcsec
 
 
 def again(levels: Levels) -> list[ComesAgain | None]:

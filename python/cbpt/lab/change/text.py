@@ -36,10 +36,11 @@ def sentence(found: ChangeData) -> str:
             "effects to fit." + _by_itself(found) + _noise(found)
         )
     if found.nothing_shown:
-        what = "the model follows" if found.odd_level else "all levels show"
+        what = "the model follows" if found.beyond_the_model else "all levels show"
         return (
             f"Of what {what} nothing changed ({_sure(1 - found.probability)})."
-            f"{_odd_level(found)}{_not_shown(found)}{_hidden(found)}{_noise(found)}{_within(found)}"
+            f"{_odd_level(found)}{_rests_differ(found)}{_not_shown(found)}{_hidden(found)}"
+            f"{_noise(found)}{_within(found)}"
         )
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
@@ -266,6 +267,18 @@ def _odd_level(found: ChangeData) -> str:
         f"{odd.left_arcsec:.3g} arcsec (rms) beyond the scatter{where}; {other} leaves "
         f"{less}. A change may be hidden by it, or be it: look at the readings of "
         f"{name}{'' if odd.run is None else f', run {odd.run},'} and measure again."
+    )
+
+
+def _rests_differ(found: ChangeData) -> str:
+    """That what no effect follows is another law from level to level."""
+    if found.rests_differ_arcsec is None:
+        return ""
+    return (
+        " But what the fitted effects do not follow differs from level to level by "
+        f"{rounded(found.rests_differ_arcsec)} arcsec (rms) in runs with the same torques: "
+        "something that the model lacks changed, or the rig was set up otherwise. Compare the "
+        "residuals of the levels (cbpt compare), and measure one state again."
     )
 
 

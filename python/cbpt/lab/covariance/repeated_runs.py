@@ -6,7 +6,8 @@
     groups_of_runs    the same over several tables
     most_correlation  how much neighbours of a run can be alike by noise
     kinds_of_runs     how much runs of one kind scatter beside those of another
-    differing_arcsec  by how much what a model leaves differs from table to table
+    Differing         what of that is not the same from table to table
+    differing_of      finds it
 
 Noise differs from run to run, however slowly it moves; a law that the model lacks comes again. With
 y_ij what is left of run i at place j of k runs with the same torques,
@@ -164,29 +165,91 @@ def _divided(left_arcsec: Floats) -> tuple[Floats, Floats, float]:
     return common, e, float(np.sum(e**2)) / ((k - 1) * (m - 1))
 
 
-def differing_arcsec(
+@dataclass(frozen=True)
+class Differing:
+    """By how much what a model leaves of runs with the same torques differs from table to table."""
+
+    arcsec: float
+    """Standard deviation of the means of a table's runs, noise included."""
+    correlation: float
+    """Of what is law in one table with what is law in another; 1 where nothing is."""
+    p_value: float
+    """Chance that noise alone differs as much; 1 where no runs of one table repeat each other."""
+
+
+def differing_of(
     tables: Sequence[Readings], left_arcsec: Sequence[Floats], u_arcsec: Sequence[Floats]
-) -> float | None:
-    """Standard deviation from table to table of what a model leaves of runs with the same torques,
-    the mean of those of a table, readings weighted by their uncertainties; None where no run of a
-    table has the torques of another's."""
-    squares, weight = 0.0, 0.0
+) -> Differing | None:
+    """Readings weighted by their uncertainties; None where no run of a table has the torques of
+    another's. left_arcsec, u_arcsec: of each table, shape (n,).
+
+    With y_tij what is left of run i of table t at place j, y_tij = a_j + d_tj + b_ti + e_tij; the
+    correlation is var(a) / (var(a) + var(d)), by analysis of variance.
+    """
+    squares, weight, common, apart, chances = 0.0, 0.0, 0.0, 0.0, []
     for group in groups_of_runs(tables):
         places = sorted({place for place, _ in group})
         if len(places) < 2:
             continue
-        means = np.array(
-            [
-                np.mean([left_arcsec[place][rows] for at, rows in group if at == place], axis=0)
-                for place in places
-            ]
-        )
-        means -= means.mean(axis=1, keepdims=True)
+        runs = [[left_arcsec[p][rows] for at, rows in group if at == p] for p in places]
         first, rows = group[0]
-        weights = u_arcsec[first][rows] ** -2.0
-        squares += float(weights @ np.var(means, axis=0, ddof=1))
-        weight += float(weights.sum())
-    return float(np.sqrt(squares / weight)) if weight else None
+        found = _apart([np.array(of) for of in runs], u_arcsec[first][rows] ** -2.0)
+        total = float(np.sum(u_arcsec[first][rows] ** -2.0))
+        weight += total
+        squares += total * found.means
+        if found.p_value is not None:
+            common += total * found.common
+            apart += total * found.apart
+            chances.append(found.p_value)
+    if not weight:
+        return None
+    return Differing(
+        arcsec=float(np.sqrt(squares / weight)),
+        correlation=common / (common + apart) if common + apart > 0 else 1.0,
+        p_value=min(1.0, len(chances) * min(chances, default=1.0)),
+    )
+
+
+@dataclass(frozen=True)
+class _Apart:
+    """Variances over the places of runs with the same torques, of several tables."""
+
+    means: float
+    """Of the means of tables, from table to table."""
+    common: float = 0.0
+    """Of what all tables share."""
+    apart: float = 0.0
+    """Of what differs from table to table beyond what differs from run to run."""
+    p_value: float | None = None
+    """None where no run of a table repeats another."""
+
+
+def _apart(runs: Sequence[Floats], weights: Floats) -> _Apart:
+    """runs: of each table, shape (k, m); weights: shape (m,)."""
+    from scipy.special import fdtrc
+
+    share = weights / weights.mean()
+    y = [of - of.mean(axis=1, keepdims=True) for of in runs]
+    means = np.array([of.mean(axis=0) for of in y])
+    counts = np.array([len(of) for of in y])
+    tables, every, m = len(y), int(counts.sum()), len(share)
+    of_means = float(share @ np.var(means, axis=0, ddof=1)) / m
+    if every == tables:
+        return _Apart(of_means)
+    e = np.concatenate([of - mean for of, mean in zip(y, means, strict=True)])
+    centre = counts @ means / every
+    within = float(np.sum(e**2 @ share)) / ((every - tables) * (m - 1))
+    between = float(counts @ ((means - centre) ** 2 @ share)) / ((tables - 1) * (m - 1))
+    if not within > 0:
+        return _Apart(of_means)
+    r = float(np.sum(e[:, 1:] * e[:, :-1]) / np.sum(e**2))
+    dof = (m - 1) * (1 - r**2) / (1 + r**2)
+    return _Apart(
+        of_means,
+        max(float(share @ centre**2) / (m - 1) - between / every, 0.0),
+        max(between - within, 0.0) * tables / every,
+        float(fdtrc((tables - 1) * dof, (every - tables) * dof, between / within)),
+    )
 
 
 def runs_alike(readings: Readings) -> list[Ints]:
