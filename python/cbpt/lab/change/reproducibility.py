@@ -31,14 +31,11 @@ from numpy.typing import NDArray
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, choices_of, groups_of
 from cbpt.lab.change.shared import Party
-from cbpt.lab.covariance.repeated_runs import comes_again, runs_alike
+from cbpt.lab.covariance.repeated_runs import runs_alike
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.rules import RULES
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def with_set_ups(levels: Levels, arcsec: float) -> Levels:
@@ -94,10 +91,7 @@ def pattern_of(candidates: Sequence[Levels]) -> float:
     What a model does not follow goes on from reading to reading; it is a few observations and not
     as many as there are readings. phi is the integrated autocorrelation time of the whitened
     residuals (Geyer, Statistical Science 7 (1992) 473: pairs of lags while their sum is above 0):
-    1 of noise that is as the fit takes it. Where it comes again in runs with the same torques, k of
-    them say no more of it than one: phi is larger by k times the variance of their mean over that
-    of each (1 of noise, k of what is the same in all; the design effect of Kish, Survey Sampling,
-    1965, section 5.4).
+    1 of noise that is as the fit takes it.
     """
     return max(min(_time_of(levels) for levels in candidates), 1.0)
 
@@ -120,25 +114,13 @@ def doubts_of(levels: Levels, comes_again: Sequence[bool], alone: bool = False) 
 
 
 def _time_of(levels: Levels) -> float:
-    """Of all levels together, along their runs and over those that have the same torques."""
-    series: list[Floats] = []
-    size = 0.0
+    """Of all levels together, along their runs."""
+    runs: list[Floats] = []
     for party, fit in zip(levels.parties, levels.fits, strict=True):
         left = party.problem.whitener(fit.residual_arcsec)
-        for rows in _observed(party.problem.campaign.readings, fit.residual_arcsec):
-            series.append(np.sqrt(len(rows)) * left[rows].mean(axis=0))
-            size += float(np.sum(left[rows] ** 2)) / len(rows)
-    return autocorrelation_time(series) * sum(float(s @ s) for s in series) / size if size else 1.0
-
-
-def _observed(readings: Readings, left_arcsec: Floats) -> list[Ints]:
-    """Rows of runs that say the same, shape (runs, readings of a run): where what is left comes
-    again, all those with the same torques; else each run by itself."""
-    again = comes_again(readings, left_arcsec)
-    if again is not None and again.p_value < RULES.left_chance:
-        return runs_alike(readings)
-    runs = readings.run_index
-    return [np.flatnonzero(runs == run)[None] for run in np.unique(runs)]
+        run_index = party.problem.campaign.rows.run_index
+        runs += [left[run_index == run] for run in np.unique(run_index)]
+    return autocorrelation_time(runs)
 
 
 def autocorrelation_time(runs: Sequence[Floats]) -> float:
