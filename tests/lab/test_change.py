@@ -331,7 +331,8 @@ def test_no_level_is_searched_from_every_other_level(monkeypatch: pytest.MonkeyP
 
 
 def test_a_wave_along_the_runs_that_lies_otherwise_is_no_change() -> None:
-    """Neighbouring readings are off alike, so they are few observations."""
+    """Neighbouring readings are off alike, so they are few observations; what differs is no number
+    of the model."""
 
     def waved(phase: float, seed: int) -> dict[str, NDArray[np.float64]]:
         plain = loops(seed=seed)

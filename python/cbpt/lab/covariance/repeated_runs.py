@@ -193,8 +193,9 @@ def differing_of(
             continue
         runs = [[left_arcsec[p][rows] for at, rows in group if at == p] for p in places]
         first, rows = group[0]
-        found = _apart([np.array(of) for of in runs], u_arcsec[first][rows] ** -2.0)
-        total = float(np.sum(u_arcsec[first][rows] ** -2.0))
+        weights = u_arcsec[first][rows] ** -2.0
+        total = float(weights.sum())
+        found = _apart([np.array(of) for of in runs], weights)
         weight += total
         squares += total * found.means
         if found.p_value is not None:
