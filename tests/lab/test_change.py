@@ -20,12 +20,7 @@ from cbpt.lab.change.demanded import demanded
 from cbpt.lab.change.loop_widths import _perhaps_different, widths_of
 from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.reproducibility import (
-    autocorrelation_time,
-    dispersed,
-    dispersion_of,
-    with_set_ups,
-)
+from cbpt.lab.change.reproducibility import dispersed, dispersion_of, with_set_ups
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
@@ -342,20 +337,6 @@ def test_a_wave_along_the_runs_that_lies_otherwise_is_no_change() -> None:
 
     found = cbpt.change(SPRING, waved(0.0, 1), waved(1.8, 2), effects=[FRICTION])
     assert found.kind != "changed" and found.weighed.something < 0.1
-
-
-@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
-def test_the_time_of_a_correlation_is_that_of_its_closed_form(correlation: float) -> None:
-    """(1 + rho)/(1 - rho) of a first-order autoregressive series."""
-    rng = np.random.default_rng(3)
-    runs = []
-    for _ in range(60):
-        run = np.zeros(300)
-        for i in range(1, 300):
-            run[i] = correlation * run[i - 1] + rng.standard_normal()
-        runs.append(run)
-    wanted = (1 + correlation) / (1 - correlation)
-    assert autocorrelation_time(runs) == pytest.approx(wanted, rel=0.15)
 
 
 # --- the reproducibility of a set-up ------------------------------------------------------

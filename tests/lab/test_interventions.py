@@ -135,8 +135,8 @@ def test_preload_takes_play_and_raises_friction() -> None:
     assert {"backlash": "down", "friction_hysteresis": "up"}.items() <= directions(found).items()
     found = between("conic_pccf_1", "after_run_in", "preload_5", case=DATA / "reducer.toml")
     assert directions(found) == {"backlash": "down"}
-    # On what a stiffness and a gain move the ramps of one state do not agree.
-    assert set(found.hidden) == {"contact_stiffness", "torque_scale"}
+    # On what a stiffness and gains move the ramps of one state do not agree.
+    assert set(found.hidden) == {"contact_stiffness", "torque_scale", "sensor_gain"}
     verdict = found.to_dict()["verdict"]
     assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
     assert "contact_stiffness" not in [u.effect for u in found.unchanged]

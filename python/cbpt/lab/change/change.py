@@ -30,6 +30,7 @@ from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
+    counted_once,
     dispersed,
     dispersion_of,
     pattern_of,
@@ -159,6 +160,8 @@ def change(
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
         weighed = _weighed(candidates, count, tell)
+        if weighed is not None and not states:
+            weighed = counted_once(weighed)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "

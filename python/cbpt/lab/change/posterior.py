@@ -143,6 +143,11 @@ class Weighed:
             sets[names] = sets.get(names, 0.0) + c.probability
         return spoken_of(Posterior(sets), RULES).rivals
 
+    def near(self, d: float) -> tuple[Choice, ...]:
+        """Those that have a say where the readings count d times less."""
+        least = self.best.log_odds - _EFFORT.room * d
+        return tuple(choice for choice in self.choices if choice.log_odds > least)
+
     def best_with(self, effect: str) -> Choice:
         """The most probable one in which it changed; of a twin, the same with its own values."""
         found = [c for c in self.choices if effect in c.changed]

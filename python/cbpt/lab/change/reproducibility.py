@@ -9,6 +9,7 @@ places_of           where they stand
 dispersed           levels whose readings count for less
 dispersion_of       by how much, from levels that repeat one state
 pattern_of          by how much, from the pattern of what their fits leave
+counted_once        an answer by evidence that counts runs which leave the same as one
 doubts_of           by how much more values are uncertain where that comes again
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
@@ -29,11 +30,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Choice, choices_of, groups_of
+from cbpt.lab.change.posterior import Choice, Weighed, choices_of, groups_of, weigh
 from cbpt.lab.change.shared import Party
-from cbpt.lab.covariance.repeated_runs import runs_alike
+from cbpt.lab.covariance.repeated_runs import comes_again, runs_alike
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.selection.rules import RULES
 
 Floats = NDArray[np.float64]
 
@@ -54,9 +56,14 @@ def _with_set_up(party: Party, parties: Sequence[Party], arcsec: float) -> Party
     columns = _freely(plain, np.column_stack(ways))
     size = np.sqrt(np.mean(columns**2, axis=0))
     seen = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
-    problem = plain.through(plain.whitener.beside(columns[:, seen] * (arcsec / size[seen])))
-    more = _log_volume(problem) - _log_volume(plain)
-    return Party(problem, party.point, party.log_noise + more)
+    return _beside(party, columns[:, seen] * (arcsec / size[seen]))
+
+
+def _beside(party: Party, set_up: Floats) -> Party:
+    """A level with what a new set-up may add."""
+    problem = party.problem.through(party.problem.whitener.beside(set_up))
+    more = _log_volume(problem) - _log_volume(party.problem)
+    return Party(problem, party.point, party.log_noise + more, set_up)
 
 
 def dispersed(levels: Levels, phi: float) -> Levels:
@@ -113,6 +120,50 @@ def doubts_of(levels: Levels, comes_again: Sequence[bool], alone: bool = False) 
     return found
 
 
+def counted_once(weighed: Weighed) -> Weighed:
+    """The choices near the best weighed again, with runs that leave the same counted as one.
+
+    What comes again in k runs with the same torques is no more evidence than one of them: the
+    likelihoods are raised to the power 1/d (`design_effect`). By the most probable answer, which
+    leaves least: what a stand-in follows comes again too, and is evidence for it.
+    """
+    d = design_effect(weighed.best.levels)
+    if d <= 1:
+        return weighed
+    sets: dict[int, tuple[Levels, set[frozenset[str]]]] = {}
+    for choice in weighed.near(d):
+        sets.setdefault(id(choice.levels), (choice.levels, set()))[1].add(choice.changed)
+    found: list[Choice] = []
+    for levels, names in sets.values():
+        stated = tuple(sorted(names, key=sorted))
+        found += choices_of(dispersed(replace(levels, choices=stated), d))
+    return weigh(found) or weighed
+
+
+def design_effect(levels: Levels) -> float:
+    """How much less than they are counted for the readings tell where what the fits leave comes
+    again in runs with the same torques; 1 where it does not.
+
+    The dispersion of the means of such runs, as in `pattern_of`: 1 of noise, k times that of one
+    run of what is the same in k runs (the design effect of Kish, Survey Sampling, 1965, section
+    5.4).
+    """
+    means: list[Floats] = []
+    laws = False
+    for party, fit in zip(levels.parties, levels.fits, strict=True):
+        readings, left = party.problem.campaign.readings, fit.residual_arcsec
+        again, seen = comes_again(readings, left), party.problem.whitener(left)
+        is_law = again is not None and again.p_value < RULES.left_chance
+        laws |= is_law
+        for rows in runs_alike(readings):
+            told = np.sqrt(len(rows)) * seen[rows].mean(axis=0)
+            means += [told] if is_law else list(seen[rows])
+    if not laws:
+        return 1.0
+    size = sum(float(mean @ mean) for mean in means) / sum(map(len, means))
+    return max(autocorrelation_time(means) * size, 1.0)
+
+
 def _time_of(levels: Levels) -> float:
     """Of all levels together, along their runs."""
     runs: list[Floats] = []
@@ -137,10 +188,13 @@ def autocorrelation_time(runs: Sequence[Floats]) -> float:
 
 
 def _dispersed(party: Party, phi: float) -> Party:
-    plain = party.problem
-    noise = plain.noise.sized(float(np.sqrt(phi)))
-    problem = Problem(plain.campaign, plain.model, plain.unknowns, noise)
-    return Party(problem, party.point, party.log_noise / phi)
+    counted = party.problem
+    problem = counted.under(counted.noise.sized(float(np.sqrt(phi))))
+    if party.set_up is None:
+        return Party(problem, party.point, party.log_noise / phi)
+    of_set_up = _log_volume(counted) - _log_volume(counted.under(counted.noise))
+    bare = Party(problem, party.point, (party.log_noise - of_set_up) / phi)
+    return _beside(bare, party.set_up)
 
 
 def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float | None:

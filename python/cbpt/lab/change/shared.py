@@ -42,6 +42,9 @@ class Party:
     log_noise: float
     """What the noise itself adds to the log evidence, whatever the values: with it, choices with
     other effects can be compared too."""
+    set_up: Floats | None = None
+    """What a new set-up may add to the angles, arcsec, one column for each way; None where that is
+    nothing. It is no evidence however much of it there is, and stays where readings count less."""
 
 
 @dataclass(frozen=True, eq=False)

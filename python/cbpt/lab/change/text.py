@@ -56,7 +56,8 @@ def sentence(found: ChangeData) -> str:
     if found.kind == "undecided":
         return (
             "The readings do not decide whether something changed "
-            f"({_sure(found.probability)} that it did)." + _by_itself(found) + _noise(found)
+            f"({_sure(found.probability)} that it did)."
+            f"{_loops_differ(found)}{_by_itself(found)}{_noise(found)}"
         )
     rest = _hidden(found) + _noise(found) + _within(found)
     return _changes(found) + _unless(found) + _not_shown(found) + rest

@@ -1,0 +1,51 @@
+"""How many observations readings are: what a model leaves goes on along a run, and comes again."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.change.parties import Levels
+from cbpt.lab.change.reproducibility import autocorrelation_time, design_effect
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_the_time_of_a_correlation_is_that_of_its_closed_form(correlation: float) -> None:
+    """(1 + rho)/(1 - rho) of a first-order autoregressive series."""
+    rng = np.random.default_rng(3)
+    runs = []
+    for _ in range(60):
+        run = np.zeros(300)
+        for i in range(1, 300):
+            run[i] = correlation * run[i - 1] + rng.standard_normal()
+        runs.append(run)
+    wanted = (1 + correlation) / (1 - correlation)
+    assert autocorrelation_time(runs) == pytest.approx(wanted, rel=0.15)
+
+
+def counted(left: NDArray[np.float64], readings: cbpt.Readings) -> float:
+    """The design effect of one level whose fit leaves this, in standard deviations."""
+    campaign = SimpleNamespace(readings=readings, rows=readings)
+    problem = SimpleNamespace(whitener=lambda y: y, campaign=campaign)
+    fit = SimpleNamespace(residual_arcsec=left)
+    levels = SimpleNamespace(parties=(SimpleNamespace(problem=problem),), fits=(fit,))
+    return design_effect(cast(Levels, levels))
+
+
+@pytest.mark.parametrize("k", [1, 2, 4])
+def test_runs_that_leave_the_same_law_count_as_one(k: int) -> None:
+    torque = np.sin(np.linspace(0, 2 * np.pi, 64, endpoint=False))
+    table = {"run": np.repeat(np.arange(k), 64), "torque_Nm": np.tile(torque, k)}
+    angle = {"elastic_angle_arcsec": np.zeros(64 * k)}
+    readings = cbpt.read_readings(table | angle, need_preload=False)
+    law = np.tile(np.cos(7 * torque) - np.cos(7 * torque).mean(), k)
+    noise = np.random.default_rng(5).standard_normal((20, 64 * k))
+    assert [counted(one, readings) for one in noise] == [1.0] * 20
+    once = autocorrelation_time([law[:64]]) * np.mean(law**2)
+    found = counted(2 * law + 0.01 * noise[0], readings)
+    assert found == pytest.approx(4 * k * once if k > 1 else 1.0, rel=0.01)
