@@ -16,6 +16,7 @@ import pytest
 import cbpt
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.selection.linear_search import additions_to
 from cbpt.lab.selection.model_comparison import (
     _EFFORT,
     _Contest,
@@ -139,6 +140,22 @@ def test_a_fit_begins_where_the_linear_problem_ends() -> None:
         hypothesis, start = made.begun(offer)
         null = made.fitter.misfit(Hypothesis(), made.setting.null.point.values, offer.noise)
         assert made.fitter.misfit(hypothesis, start, offer.noise) < null + 0.1, offer.names
+
+
+def test_an_addition_begins_with_the_sizes_of_what_it_is_added_to() -> None:
+    """Those have no prior, and the linear problem has them as steps: taken for the sizes, every
+    addition to a bearing began without the bearing, thousands of units of misfit too high."""
+    made = of_fitted()
+    base = made.fits["eccentric_bearing",]
+    linear = {"run_in", "sensor_gain", "drift"}
+    offers = [forms[0] for forms in additions_to(made.setting, base)]
+    found = [o for o in offers if set(o.names) - {"eccentric_bearing"} <= linear]
+    assert len(found) == len(linear)
+    for offer in found:
+        before = made.fitter.misfit(base.hypothesis, base.point.values, offer.noise)
+        hypothesis, start = made.begun(offer)
+        prior = 1.0  # of a shape that no value is known of
+        assert made.fitter.misfit(hypothesis, start, offer.noise) < before + prior, offer.names
 
 
 def test_a_number_of_the_drive_that_is_an_effect_too_moves_by_both() -> None:

@@ -95,8 +95,10 @@ def refitted(fitter: Fitter, seen: Fit, signatures: Sequence[Signature], values:
     mode = solved(margin.factor, margin.x.T @ (margin.y - seen.whitener(taken)))
     values = values.copy()
     for u, units in zip(seen.unknowns, mode, strict=False):
+        # The linear problem has what no prior holds as a step from where it is.
+        here = u.mean if np.isfinite(u.sd) else seen.value(u)
         low, high = (np.log(u.lower), np.log(u.upper)) if u.log else (u.lower, u.upper)
-        x = float(np.clip(u.mean + u.unit * units, low, high))
+        x = float(np.clip(here + u.unit * units, low, high))
         value = np.exp(x) if u.log else x
         # A number of the drive that is an effect too moves by both.
         value += added[u.index]
