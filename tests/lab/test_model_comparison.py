@@ -9,13 +9,17 @@ from copy import copy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import cbpt
+from cbpt.lab.inference import fit as fit_module
 from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.gauss_newton import point_at
 from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.forward import Point
 from cbpt.lab.selection.linear_search import additions_to
 from cbpt.lab.selection.model_comparison import (
     _EFFORT,
@@ -156,6 +160,26 @@ def test_an_addition_begins_with_the_sizes_of_what_it_is_added_to() -> None:
         hypothesis, start = made.begun(offer)
         prior = 1.0  # of a shape that no value is known of
         assert made.fitter.misfit(hypothesis, start, offer.noise) < before + prior, offer.names
+
+
+def test_shapes_that_no_value_is_known_of_move_no_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their priors are part of the misfit. A form that gains less than they ask was halved towards
+    nothing six times, which lowers it by none of that."""
+    campaign = readings_of(plan("dev03"), {}, np.random.default_rng(5))
+    made = _Contest(prepare(Fitter(campaign)), lambda what, share: None)
+    asked: list[int] = []
+
+    def counted(*args: Any) -> Point | None:
+        asked[-1] += 1
+        return point_at(*args)
+
+    monkeypatch.setattr(fit_module, "point_at", counted)
+    shaped = [o for o in made.singles if o.signatures[0].shapes and not o.curved]
+    assert {"creep", "output_torsion"} <= {o.names[0] for o in shaped}
+    for offer in shaped:
+        asked.append(0)
+        made.fit_of(offer)(made.fitter)
+    assert asked == [1] * len(shaped)
 
 
 def test_a_number_of_the_drive_that_is_an_effect_too_moves_by_both() -> None:

@@ -264,6 +264,8 @@ class Fitter:
         point = point_at(self.model, values, unknowns)
         known = {u.index for u in base.unknowns} if base else set()
         back = [u.index for u in unknowns if u.index in known or (not u.log and np.isinf(u.sd))]
+        # What the priors of new shapes ask is no less where their effect does nothing.
+        least += problem.prior(values, [u.index not in back for u in unknowns])
         for _ in range(6):
             if point is not None and (base is None or problem.objective(point) < least):
                 break

@@ -96,6 +96,11 @@ class Problem:
         """Unknowns off the mean of their priors or, where they have none, off neutral; in units."""
         return np.asarray((self.coordinates(point) - self.mean) / self.unit)
 
+    def prior(self, values: Floats, some: Sequence[bool]) -> float:
+        """The part of the misfit that is the priors of some unknowns."""
+        off = (self.misfit.coordinates(values) - self.mean) / self.unit
+        return float(np.square(off[some]) @ self.precision[some])
+
     def objective(self, point: Point) -> float:
         """Whitened misfit after the best offsets, and priors."""
         return self.at(point).misfit
