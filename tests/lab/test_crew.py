@@ -16,9 +16,13 @@ import pytest
 from cbpt.effects import own_effect
 from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference import crew
-from cbpt.lab.inference.crew import Crew, Task
+from cbpt.lab.inference.crew import Crew, Task, both
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.inference.hypothesis import Hypothesis
+from cbpt.lab.model.priors import VARIANTS
+from cbpt.lab.selection.linear_screen import Signatures
+from cbpt.lab.selection.starts import places
 from common.simulated import NUMBERS, hypothesis_of, plan, readings_of, variant_of
 
 EFFECTS = "preload_loss", "rough_contact"
@@ -56,10 +60,10 @@ def test_a_thread_changes_no_bit_and_no_order() -> None:
 
 @pytest.mark.usefixtures("two_cores")
 def test_both_threads_are_at_work_each_with_a_model_of_its_own() -> None:
-    fitter, both = a_fitter(), threading.Barrier(2, timeout=60)
+    fitter, two = a_fitter(), threading.Barrier(2, timeout=60)
 
     def met(own: Fitter) -> int:
-        both.wait()
+        two.wait()
         return id(own.model)
 
     models: list[int] = []
@@ -100,3 +104,33 @@ def test_functions_of_the_users_are_asked_one_at_a_time() -> None:
     alone: list[bool] = []
     Crew(fitter).each([lambda own: own is fitter] * 3, alone.append)
     assert alone == [True] * 3
+    campaign, at_work = fitter.campaign, threading.get_ident
+    assert both(campaign, at_work, at_work) == (at_work(), at_work())
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_both_of_two_are_done_at_once_and_either_may_fail() -> None:
+    campaign, two = plan(), threading.Barrier(2, timeout=60)
+    assert set(both(campaign, two.wait, two.wait)) == {0, 1}
+
+    def fails() -> None:
+        raise RuntimeError("enough")
+
+    for pair in ((fails, int), (int, fails)):
+        with pytest.raises(RuntimeError, match="enough"):
+            both(campaign, *pair)
+
+
+def test_the_library_at_a_glance_is_the_same_on_one_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitter = a_fitter()
+    fit = fitter.fit(Hypothesis())
+    assert fit is not None
+    found = []
+    for cores in (1, 2):
+        monkeypatch.setattr(crew, "_cores", lambda cores=cores: cores)
+        library = Signatures(fitter.campaign, VARIANTS)
+        found.append(library.about(fit, places(fitter)) + library.far(fit, places(fitter)))
+    one, other = found
+    assert [s.variant for s in one] == [s.variant for s in other]
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_array_equal(a.columns, b.columns)

@@ -1,6 +1,7 @@
 """Fits that do not wait for each other, side by side on the cores.
 
 Crew  a fitter for each thread
+both  two things at once
 
 A model keeps the solutions that it has been at, to start from them, so each thread has a model of
 its own. A fit begins without them (`Fitter.fit`): which thread it gets changes no bit of it.
@@ -18,11 +19,13 @@ from queue import SimpleQueue
 from typing import TypeVar
 
 from cbpt.lab.inference.fit import Fitter
+from cbpt.lab.model.dataset import Campaign
 
 _MOST = 4
 """Threads: more would wait for Python's lock."""
 
 Found = TypeVar("Found")
+Other = TypeVar("Other")
 Task = Callable[[Fitter], Found]
 """What one of the fitters is asked; the same of each."""
 
@@ -32,9 +35,7 @@ class Crew:
 
     def __init__(self, fitter: Fitter) -> None:
         self._fitter = fitter
-        # A function of the user's need not stand being called twice at a time.
-        one = any(effect.expression is None for effect in fitter.campaign.own.values())
-        self._threads = 1 if one else min(_cores(), _MOST)
+        self._threads = 1 if one_at_a_time(fitter.campaign) else min(_cores(), _MOST)
         self._idle: SimpleQueue[Fitter] = SimpleQueue()
 
     def each(self, tasks: Iterable[Task[Found]], take: Callable[[Found], object]) -> None:
@@ -60,6 +61,22 @@ class Crew:
             return task(fitter)
         finally:
             self._idle.put(fitter)
+
+
+def both(
+    campaign: Campaign, one: Callable[[], Found], other: Callable[[], Other]
+) -> tuple[Found, Other]:
+    """What becomes of two things that are done at once, each with a model of its own."""
+    if one_at_a_time(campaign) or _cores() == 1:
+        return one(), other()
+    with ThreadPoolExecutor(1) as pool:
+        beside = pool.submit(copy_context().run, other)
+        return one(), beside.result()
+
+
+def one_at_a_time(campaign: Campaign) -> bool:
+    """Whether a function of the user's is asked: it need not stand being called twice at once."""
+    return any(effect.expression is None for effect in campaign.own.values())
 
 
 def _cores() -> int:

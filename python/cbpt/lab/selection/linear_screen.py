@@ -14,16 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.inference.crew import both
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled, Point
 from cbpt.lab.model.priors import LOT, Variant, log_density_of_one, log_size_prior
+
+_EVEN, _ODD = slice(0, None, 2), slice(1, None, 2)
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -83,6 +87,7 @@ class Signatures:
         self.base = (*dict.fromkeys(own), *(LOT,) * campaign.balls)
         self.model = Assembled(campaign, [*self.base, *once])
         self.numbers = set(campaign.priors)
+        self._campaign, self._beside = campaign, self.model.beside()
         self._bare = self.model.neutral.copy()
         """Values with the shapes of every entry."""
         self._places: list[list[int]] = []
@@ -94,7 +99,6 @@ class Signatures:
             for name, value in (*variant.fixed, *shapes.items()):
                 self._bare[self.model.index(owner, name)] = value
             self._places.append([self.model.index(owner, size) for size in variant.sizes])
-        self._wanted = list(dict.fromkeys(i for own in self._places for i in own))
 
     def about(
         self, fit: Fit, names: dict[int, tuple[str, str]], secants: bool = True
@@ -103,30 +107,49 @@ class Signatures:
 
         secants: also the change up to a finite size, for effects that do not grow in proportion.
         """
-        point = self.model.at(self._values(fit, names), self._wanted)
-        column = {place: number for number, place in enumerate(self._wanted)}
-        found: list[Signature] = []
-        for (variant, shapes), own in zip(self.entries, self._places, strict=True):
+        values = self._values(fit, names)
+        even, odd = both(
+            self._campaign,
+            partial(self._about, self.model, values, _EVEN, secants),
+            partial(self._about, self._beside, values, _ODD, secants),
+        )
+        found = [*even, *odd]
+        found[_EVEN], found[_ODD] = even, odd
+        return [signature for of_entry in found for signature in of_entry]
+
+    def _about(
+        self, model: Assembled, values: Floats, some: slice, secants: bool
+    ) -> list[list[Signature]]:
+        """Of some entries, at the values of all."""
+        # What was asked before changes no bit of the answer.
+        model.cold()
+        places = self._places[some]
+        wanted = list(dict.fromkeys(i for own in places for i in own))
+        point = model.at(values, wanted)
+        column = {place: number for number, place in enumerate(wanted)}
+        found: list[list[Signature]] = []
+        for (variant, shapes), own in zip(self.entries[some], places, strict=True):
             unit = variant.low * np.array(variant.ratios or (1.0,) * len(own))
             slopes = point.slopes[:, [column[i] for i in own]]
-            found.append(Signature(variant, shapes, slopes * unit, unit))
+            found.append([Signature(variant, shapes, slopes * unit, unit)])
             for secant in variant.secants if secants else ():
-                found.append(self._secant(point, variant, shapes, own, secant))
+                found[-1].append(_secant(model, point, variant, shapes, own, secant))
         return found
 
     def far(self, fit: Fit, names: dict[int, tuple[str, str]]) -> list[Signature]:
         """The changes up to the sizes that a variant has in `far`."""
-        point = self.model.at(self._values(fit, names))
+        values = self._values(fit, names)
+        model = self.model.beside()
+        model.cold()
+        point = model.at(values)
         return [
-            self._secant(point, variant, shapes, own, secant)
+            _secant(model, point, variant, shapes, own, secant)
             for (variant, shapes), own in zip(self.entries, self._places, strict=True)
             for secant in variant.far
         ]
 
     def _values(self, fit: Fit, names: dict[int, tuple[str, str]]) -> Floats:
         """Those that the model is asked at first: a fit's, and the shapes of every entry."""
-        # What was asked before changes no bit of the answer.
-        self.model.cold()
         values = self._bare.copy()
         present = set(fit.hypothesis.effects) | self.numbers
         for i, (effect, name) in names.items():
@@ -134,20 +157,21 @@ class Signatures:
                 values[self.model.index(self.base.index(effect), name)] = fit.point.values[i]
         return values
 
-    def _secant(
-        self,
-        point: Point,
-        variant: Variant,
-        shapes: dict[str, float],
-        own: list[int],
-        secant: tuple[float, ...],
-    ) -> Signature:
-        values = point.values.copy()
-        values[own] += secant
-        change = self.model.at(values).angle_arcsec - point.angle_arcsec
-        size = float(np.linalg.norm(secant)) / variant.low
-        unit = np.array([variant.low])
-        return Signature(variant, shapes, change[:, None] / size, unit, secant)
+
+def _secant(
+    model: Assembled,
+    point: Point,
+    variant: Variant,
+    shapes: dict[str, float],
+    own: list[int],
+    secant: tuple[float, ...],
+) -> Signature:
+    values = point.values.copy()
+    values[own] += secant
+    change = model.at(values).angle_arcsec - point.angle_arcsec
+    size = float(np.linalg.norm(secant)) / variant.low
+    unit = np.array([variant.low])
+    return Signature(variant, shapes, change[:, None] / size, unit, secant)
 
 
 class Stack:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from cbpt.lab.covariance.artefacts import Artefact, first_reading, gains_of, ran
 from cbpt.lab.covariance.fit_noise import fit_noise, price_of
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
+from cbpt.lab.inference.crew import both
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -89,8 +91,8 @@ class Setting:
 
 def prepare(fitter: Fitter) -> Setting:
     """The setting of a competition. The model must have a solution at every row."""
-    campaign, nothing = fitter.campaign, Hypothesis()
-    first = fitter.fit(nothing, free_noise=False)
+    campaign = fitter.campaign
+    first = fitter.fit(Hypothesis(), free_noise=False)
     if first is None:
         raise ValueError("the model has no solution at some rows: remove these rows first")
     names = places(fitter)
@@ -101,23 +103,16 @@ def prepare(fitter: Fitter) -> Setting:
         families = tuple(f for f in families if "run_time_s" not in f.columns)
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
-    kinds = [campaign.plain_noise]
-    kinds += [
-        replace(campaign.plain_noise, inflation=inflation)
-        for inflation in _inflations(fitter, first, signatures, families)
-    ]
-    whole = _whole(fitter, signatures)
-    freely = _flexible_fit(fitter, first, whole, campaign.plain_noise)
-    kinds += _of_the_torque(fitter, first, whole, freely)
-    kinds += _of_the_instrument(fitter, first, whole, freely)
-    nulls = [fit for kind in kinds if (fit := fitter.fit(nothing, noise=kind)) is not None]
-    nulls.sort(key=lambda fit: -fit.log_evidence)
+    (nulls, flexibles), far = both(
+        campaign,
+        partial(_nulls, fitter, first, signatures, families),
+        partial(library.far, first, names),
+    )
     null = nulls[0]
     bare = plain(null.noise)
-    flexibles = [_flexible_noise(fitter, fit, whole) for fit in nulls]
     flexible = flexibles[0]
     # Behind the others, so that a number means the same in both lists.
-    wider = Stack(signatures + library.far(first, names))
+    wider = Stack(signatures + far)
     return Setting(
         fitter=fitter,
         null=null,
@@ -131,6 +126,26 @@ def prepare(fitter: Fitter) -> Setting:
         wider=wider,
         variants=Counter(v.effect for v in fitter.variants),
     )
+
+
+def _nulls(
+    fitter: Fitter, first: Fit, signatures: list[Signature], families: tuple[Component, ...]
+) -> tuple[list[Fit], list[Noise]]:
+    """The drive without an effect under each kind of noise, the most probable first, and the noise
+    of each as all that the library may show leaves it."""
+    plain_noise = fitter.campaign.plain_noise
+    kinds = [plain_noise]
+    kinds += [
+        replace(plain_noise, inflation=inflation)
+        for inflation in _inflations(fitter, first, signatures, families)
+    ]
+    whole = _whole(fitter, signatures)
+    freely = _flexible_fit(fitter, first, whole, plain_noise)
+    kinds += _of_the_torque(fitter, first, whole, freely)
+    kinds += _of_the_instrument(fitter, first, whole, freely)
+    nulls = [fit for kind in kinds if (fit := fitter.fit(Hypothesis(), noise=kind)) is not None]
+    nulls.sort(key=lambda fit: -fit.log_evidence)
+    return nulls, [_flexible_noise(fitter, fit, whole) for fit in nulls]
 
 
 def _inflations(
@@ -147,8 +162,9 @@ def _inflations(
     y = c.y_arcsec - fit.point.angle_arcsec
     whitener = Whitener.of(c.plain_noise, c.u_arcsec, c.rows)
     found: list[Floats] = []
-    for fields in ([numbers, *seen, *(f.patterns for f in families)], [numbers]):
-        inflation = inflation_of(y, c.offsets, fields, whitener)
+    wide = [numbers, *seen, *(f.patterns for f in families)]
+    of = partial(inflation_of, y, c.offsets, whitener=whitener)
+    for inflation in both(c, partial(of, fields=wide), partial(of, fields=[numbers])):
         if inflation is None or _of_one_place(c, inflation > 1.5):
             continue
         if not any(np.allclose(inflation, other) for other in found):
