@@ -22,7 +22,7 @@ from math import lgamma, log, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Whitener, cholesky, solved
+from cbpt.lab.covariance.linear_gaussian import Whitener, cholesky, inverse_diagonal, solved
 from cbpt.lab.covariance.robust import typical_size
 
 Floats = NDArray[np.float64]
@@ -159,9 +159,9 @@ def _likelihood(y: Floats, covariance: Floats, loose: Floats) -> float:
 
 def _left_out(y: Floats, covariance: Floats, loose: Floats) -> Floats:
     """Each reading less its prediction from the others, in robust standard deviations."""
-    precision = np.linalg.inv(covariance + np.diag(loose**2))
-    own = np.diag(precision)
-    error = (precision @ y) / own
+    factor = cholesky(covariance + np.diag(loose**2))
+    own = inverse_diagonal(factor)
+    error = solved(factor, y) / own
     # Standardised as if none were loose, so that the next weights start afresh.
     out = error / np.sqrt(np.maximum(1 / own - loose**2 + 1, 1.0))
     return np.asarray(out / typical_size(out))
