@@ -77,7 +77,7 @@ def told(found: cbpt.Change) -> str:
 
 def by_itself(found: cbpt.Change, parameter: str, form: str, unit: float = 1.0) -> str:
     """A size as it is fitted to each moment by itself."""
-    values = next(b.values for b in found.by_itself if b.parameter == parameter)
+    values = next((b.values for b in found.by_itself if b.parameter == parameter), ())
     return " to ".join(form.format(unit * value) for value in values)
 
 
