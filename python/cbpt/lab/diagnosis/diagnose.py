@@ -392,14 +392,10 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
     size = float(y @ y)
     if len(campaign) < 12 or not size or not float(x @ x):
         return
-    preloads = 0.0 if r.preload_N is None else r.preload_N
     off = float(np.sum((y - x) ** 2))
     found = []
-    for name, factor in _factors(campaign) if off > 0.1 * size else ():
-        torque, preload = (factor, 1.0) if name == "torque" else (1.0, factor)
-        angle = solve_many(
-            campaign.drive, torque * r.torque_Nm, preload * preloads, r.input_angle_deg
-        ).elastic_angle_arcsec
+    factors = list(_factors(campaign)) if off > 0.1 * size else []
+    for (name, factor), angle in zip(factors, _with_factors(campaign, factors), strict=True):
         if np.isfinite(angle).all():
             found.append((float(np.sum((y - within_runs(angle)) ** 2)), name, factor))
     gain = float(x @ y) / float(x @ x)
@@ -431,6 +427,22 @@ def _stop_if_it_does_not_follow(campaign: Campaign, model: Floats) -> None:
             "angles that the model explains at least in part",
             "check which column is the angle, and the case file",
         )
+
+
+def _with_factors(campaign: Campaign, factors: Sequence[tuple[str, float]]) -> Floats:
+    """Angles of the model, arcsec, with torque or preload multiplied by each factor, shape
+    (factors, n)."""
+    r = campaign.readings
+    if not factors:
+        return np.zeros((0, len(r)))
+    preload = np.zeros(len(r)) if r.preload_N is None else r.preload_N
+    loads = {
+        column: np.ravel([values * (f if name == column else 1.0) for name, f in factors])
+        for column, values in (("torque", r.torque_Nm), ("preload", preload))
+    }
+    angles = np.tile(r.input_angle_deg, len(factors))
+    found = solve_many(campaign.drive, loads["torque"], loads["preload"], angles)
+    return found.elastic_angle_arcsec.reshape(len(factors), len(r))
 
 
 def _factors(campaign: Campaign) -> Iterator[tuple[str, float]]:

@@ -1,7 +1,7 @@
 """Fits that do not wait for each other, side by side on the cores.
 
-Crew  a fitter for each thread
-both  two things at once
+Crew                a fitter for each thread
+side_by_side, both  things that need no fitter
 
 A model keeps the solutions that it has been at, to start from them, so each thread has a model of
 its own. A fit begins without them (`Fitter.fit`): which thread it gets changes no bit of it.
@@ -11,12 +11,12 @@ Threads gain because the search, and all that is compiled, does without Python's
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from functools import partial
 from queue import SimpleQueue
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
@@ -35,7 +35,7 @@ class Crew:
 
     def __init__(self, fitter: Fitter) -> None:
         self._fitter = fitter
-        self._threads = 1 if one_at_a_time(fitter.campaign) else min(_cores(), _MOST)
+        self._threads = threads_for(fitter.campaign)
         self._idle: SimpleQueue[Fitter] = SimpleQueue()
 
     def each(self, tasks: Iterable[Task[Found]], take: Callable[[Found], object]) -> None:
@@ -66,17 +66,30 @@ class Crew:
 def both(
     campaign: Campaign, one: Callable[[], Found], other: Callable[[], Other]
 ) -> tuple[Found, Other]:
-    """What becomes of two things that are done at once, each with a model of its own."""
-    if one_at_a_time(campaign) or _cores() == 1:
-        return one(), other()
-    with ThreadPoolExecutor(1) as pool:
-        beside = pool.submit(copy_context().run, other)
-        return one(), beside.result()
+    """What becomes of two things that are done at once."""
+    works: list[Callable[[], Found | Other]] = [one, other]
+    return cast("tuple[Found, Other]", tuple(side_by_side(campaign, works)))
 
 
-def one_at_a_time(campaign: Campaign) -> bool:
-    """Whether a function of the user's is asked: it need not stand being called twice at once."""
-    return any(effect.expression is None for effect in campaign.own.values())
+def side_by_side(campaign: Campaign, works: Sequence[Callable[[], Found]]) -> list[Found]:
+    """What becomes of things that are done on all cores, in their order; each has a model of its
+    own, or asks none. What is raised ends all others."""
+    threads = min(threads_for(campaign), len(works))
+    if threads <= 1:
+        return [work() for work in works]
+    pool = ThreadPoolExecutor(threads)
+    try:
+        futures = [pool.submit(copy_context().run, work) for work in works]
+        return [future.result() for future in futures]
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def threads_for(campaign: Campaign) -> int:
+    """How many are worth having. A function of the user's need not stand being called twice at a
+    time."""
+    one = any(effect.expression is None for effect in campaign.own.values())
+    return 1 if one else min(_cores(), _MOST)
 
 
 def _cores() -> int:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import least_scale, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import Noise
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.selection.linear_screen import Gains, Screen, Signature, Stack
 from cbpt.lab.selection.setting import Names, Setting
@@ -103,12 +104,15 @@ class View:
         self.stack, self.signatures, self.seen = stack, stack.signatures, seen
         self.screen = Screen(seen, stack)
         fitter = setting.fitter
+        self.campaign = fitter.campaign
         self._stated_dof = fitter.stated_dof
         offsets = fitter.campaign.offsets.shape[1]
         self._dof = float(len(fitter.campaign) - offsets)
         self._level = setting.score(seen)
         self._weights = setting.weights(stack)
         self.usable, self.narrow = self.screen.usable, stack.narrow
+        self.singles = self._of_singles()
+        """Scores of all signatures; minus infinity where one cannot be seen."""
 
     def score(self, gained: Floats, sizes: Ints | int) -> Floats:
         """Score of sets that take so much off the misfit with so many sizes, without the volume and
@@ -139,9 +143,7 @@ class View:
         weights = self._weights[members].sum(axis=1)
         return np.asarray(gains.log_volume + gains.log_prior + weights)
 
-    @cached_property
-    def singles(self) -> Floats:
-        """Scores of all signatures; minus infinity where one cannot be seen."""
+    def _of_singles(self) -> Floats:
         score = np.full(len(self.signatures), -np.inf)
         for members in self.stack.by_width(self.usable):
             score[members] = self.weighed(members[:, None])
@@ -265,10 +267,16 @@ _LIMITS = _Limits()
 
 def views(setting: Setting) -> list[View]:
     """The library about the drive as stated, under every noise that the readings may have."""
-    fitter = setting.fitter
-    return [
-        View(setting, fitter.look(setting.null, noise), setting.wider) for noise in _noises(setting)
-    ]
+    return _views(setting, setting.null, _noises(setting), setting.wider)
+
+
+def _views(setting: Setting, base: Fit, noises: Sequence[Noise], stack: Stack) -> list[View]:
+    """Of some signatures about a fit, under some noises."""
+
+    def view(noise: Noise) -> View:
+        return View(setting, setting.fitter.look(base, noise), stack)
+
+    return side_by_side(setting.fitter.campaign, [partial(view, noise) for noise in noises])
 
 
 def _noises(setting: Setting) -> list[Noise]:
@@ -324,7 +332,8 @@ def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, floa
 
 def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
     """The best offers of pairs and of triples, the best first."""
-    ranked = [(_pairs(view, count), view) for view in seen]
+    found = side_by_side(seen[0].campaign, [partial(_pairs, view, count) for view in seen])
+    ranked = list(zip(found, seen, strict=True))
     pairs = _exact(ranked)
     top = max((o.score for o in pairs), default=-np.inf)
     # Not under a noise under which no pair comes near the best one under another.
@@ -333,7 +342,11 @@ def set_offers(seen: Sequence[View], count: int) -> list[Offer]:
         for found, view in ranked
         if len(found.score) and found.score[0] > top - _LIMITS.noise_room
     ]
-    return best_of_each([*pairs, *_exact([(_triples(view, found), view) for found, view in near])])
+    works = [partial(_triples, view, found) for found, view in near]
+    triples = side_by_side(seen[0].campaign, works)
+    return best_of_each(
+        [*pairs, *_exact(list(zip(triples, (view for _, view in near), strict=True)))]
+    )
 
 
 def _exact(ranked: Iterable[tuple[Sets, View]]) -> list[Offer]:
@@ -409,10 +422,7 @@ def additions_to(setting: Setting, base: Fit, noises: Sequence[Noise] = ()) -> l
     stack = Stack(further)
     # As the library has it: a discrepancy of the first effects may be the further one.
     exact = replace(base, discrepancy_sd=0.0)
-    looks = [
-        View(setting, setting.fitter.look(exact, noise), stack)
-        for noise in noises or _near(base.noise, setting.flexible)
-    ]
+    looks = _views(setting, exact, noises or _near(base.noise, setting.flexible), stack)
     forms: dict[Names, list[Offer]] = {}
     for offer in single_offers(looks, base):
         forms.setdefault(offer.names, []).append(offer)

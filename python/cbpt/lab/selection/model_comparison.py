@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.linear_gaussian import Noise
-from cbpt.lab.inference.crew import Crew, Task
+from cbpt.lab.inference.crew import Crew, Task, side_by_side
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -544,6 +544,13 @@ class _Contest:
         setting, fits = self.setting, self.fits
         best = max(fits, key=self.score)
         null = self.score(())
+
+        def on(base: Names) -> list[LackOfFit]:
+            lacks = lacks_of_fit_on(self.fitter, fits[base], setting.families, setting.flexible)
+            return [p for p in lacks if not says_no_more(p, fits[best])]
+
+        bases = sorted({(), best})
+        lacks = side_by_side(self.fitter.campaign, [partial(on, base) for base in bases])
         found = [
             (
                 p.log_evidence
@@ -553,9 +560,8 @@ class _Contest:
                 - null,
                 p,
             )
-            for base in sorted({(), best})
-            for p in lacks_of_fit_on(self.fitter, fits[base], setting.families, setting.flexible)
-            if not says_no_more(p, fits[best])
+            for of_base in lacks
+            for p in of_base
         ]
         return sorted(found, key=lambda f: -f[0])
 
