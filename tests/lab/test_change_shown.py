@@ -198,6 +198,24 @@ def test_the_level_that_effects_cannot_be_fitted_to_is_named(
         found(tables[1], tables[1])
 
 
+def test_of_effects_that_nobody_named_the_one_that_a_level_cannot_show_is_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Levels of a real reducer demanded five effects together, and two of seven showed no such
+    five: `change` ended with an error after minutes."""
+
+    def fits(fitter: Fitter, effects: Sequence[str], *given: Any) -> Any:
+        if len(effects) > 1 and fitter.campaign.readings.torque_Nm.min() > 0:
+            raise cbpt.InvalidInputError("the angles do not depend on the parameters")
+        return fits_of_forms(fitter, effects, *given)
+
+    monkeypatch.setattr("cbpt.lab.change.parties.fits_of_forms", fits)
+    answer = cbpt.change(CASE, level(BOTH_WAYS, 150.0), level(ONE_WAY, 150.0, seed=2))
+    assert answer.kind != "changed"
+    (note,) = [n for n in answer.notes if "left out" in n]
+    assert note.startswith("after: the readings do not show ")
+
+
 @pytest.mark.parametrize(("off", "expected"), [((0.0, 1.5), True), ((1.0, 1.1), False)])
 def test_numbers_that_are_known_together_alone_differ_together(
     off: tuple[float, float], expected: bool

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError
 from cbpt.lab.change.answer import Change
-from cbpt.lab.change.demanded import demanded
+from cbpt.lab.change.demanded import demanded, support_of
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
@@ -101,7 +101,8 @@ def change(
         table.
     effects : sequence of str or OwnEffect, optional
         Effects to fit at every level. Without it each level is diagnosed, and what any of them
-        demands is fitted at all.
+        demands is fitted at all; of what some levels do not show together the effect that the
+        fewest demand is left out, and a note says so.
     columns : mapping of str to str, optional
         What headers of the tables mean, as in `read_readings`.
     sheet : str, optional
@@ -155,13 +156,12 @@ def change(
             [prepared(campaign_of(case, part, own))[0] for part in parts]
         )
         told = part_of(tell, _DIAGNOSED, _FITTED)
-        candidates = _fitted(dict(zip(names, campaigns, strict=True)), ids, _forms(answers), told)
+        of_levels = dict(zip(names, campaigns, strict=True))
+        candidates, left_out = _fitted(of_levels, ids, answers, told)
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
-        weighed = _weighed(candidates, count, tell)
-        if weighed is not None and not states:
-            weighed = counted_once(weighed)
+        weighed = _weighed(candidates, count, bool(states), tell)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -170,7 +170,7 @@ def change(
     loops = widths_of(parts, reproducibility_arcsec, states)
     rest = rest_of(weighed, comes_back=reproducibility_arcsec is None)
     answer = _answer(dict(zip(names, parts, strict=True)), weighed, rest, answers, by, loops)
-    notes = [*notes_of_levels(names, histories), *_notes(campaigns, weighed, named)]
+    notes = [*left_out, *notes_of_levels(names, histories), *_notes(campaigns, weighed, named)]
     if answer.kind == "changed" and reproducibility_arcsec is None:
         notes.append(unless_repeated(_between_runs_arcsec(weighed.best.levels)))
     tell("the answer", 1.0)
@@ -212,27 +212,35 @@ def _forms(answers: Sequence[Diagnosis]) -> set[str]:
 def _fitted(
     campaigns: Mapping[str, Campaign],
     sets: Sequence[Sequence[str]],
-    forms: Collection[str],
+    answers: Sequence[Diagnosis],
     tell: Progress,
-) -> list[Levels]:
-    """Each set of effects at all levels, where all have a solution."""
-    found = []
-    for k, ids in enumerate(sets):
-        tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
-        try:
-            levels = levels_of(list(campaigns.values()), ids, forms)
-        except InvalidInputError as why:
-            blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
-            if len(blind) in (0, len(campaigns)):
-                raise
-            raise InvalidInputError(
-                f"{listed(blind)}: the readings do not show {listed(ids)} together, which others "
-                f"show, so whether they changed cannot be told ({why}); load "
-                f"{'it' if len(blind) == 1 else 'them'} as the others, or name effects to fit"
-            ) from why
-        if levels is not None:
-            found.append(levels)
-    return found
+) -> tuple[list[Levels], list[str]]:
+    """Each set of effects at all levels, where all have a solution; and notes on effects that were
+    left out: of what some levels do not show together, the one that the fewest demand. Without
+    answers, the diagnoses of the levels, the effects were named, and stay."""
+    forms, support = _forms(answers), support_of(answers)
+    found: dict[tuple[str, ...], Levels | None] = {}
+    notes: list[str] = []
+    for k, ids in enumerate(map(tuple, sets)):
+        while ids not in found:
+            tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
+            try:
+                found[ids] = levels_of(list(campaigns.values()), ids, forms)
+            except InvalidInputError as why:
+                blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
+                if len(blind) in (0, len(campaigns)):
+                    raise
+                told = f"{listed(blind)}: the readings do not show {listed(ids)} together"
+                if not support:
+                    raise InvalidInputError(
+                        f"{told}, which others show, so whether they changed cannot be told "
+                        f"({why}); load {'it' if len(blind) == 1 else 'them'} as the others, or "
+                        "name effects to fit"
+                    ) from why
+                least = min(ids, key=lambda effect: support.get(effect, 0.0))
+                notes.append(f"{told}; {least}, which the fewest levels demand, was left out")
+                ids = tuple(effect for effect in ids if effect != least)
+    return [levels for levels in found.values() if levels is not None], notes
 
 
 def _shows(campaign: Campaign, effects: Sequence[str], forms: Collection[str]) -> bool:
@@ -316,10 +324,20 @@ def _searched(
 
 
 def _weighed(
-    candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
+    candidates: Sequence[Levels],
+    count: Callable[[Levels], Levels],
+    state_repeated: bool,
+    tell: Progress,
 ) -> Weighed | None:
     """What may have changed by every set of effects and, where something did, by what may stand in
-    its place."""
+    its place. state_repeated: whether what a new set-up changes is known from repeated states."""
+    weighed = _searched_through(candidates, count, tell)
+    return weighed if weighed is None or state_repeated else counted_once(weighed)
+
+
+def _searched_through(
+    candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
+) -> Weighed | None:
     choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
     weighed = weigh(choices)
     if weighed is None or weighed.something < RULES.certain:

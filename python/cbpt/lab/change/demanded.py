@@ -1,6 +1,7 @@
 """Which effects are fitted at all levels where nobody names them.
 
-demanded  sets of effects, by the diagnoses of the levels
+demanded    sets of effects, by the diagnoses of the levels
+support_of  how many levels demand each effect
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
     known = [{v.effect for v in d.competition.fitter.variants} for d in answers]
     sets: dict[frozenset[str], float] = {frozenset(): 1.0}
     for d in answers:
-        options = _told(d) if d.verdict.lack_of_fit is not None else _combined(d)
+        options = _options(d)
         joined: dict[frozenset[str], float] = {}
         for have, p in sets.items():
             for more, q in options.items():
@@ -43,6 +44,21 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
         top = sorted(joined, key=lambda names: -joined[names])[: _EFFORT.sets]
         sets = {names: joined[names] for names in top}
     return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
+
+
+def support_of(answers: Sequence[Diagnosis]) -> dict[str, float]:
+    """How many levels demand each effect, each level by its probability."""
+    found: dict[str, float] = {}
+    for d in answers:
+        for names, probability in _options(d).items():
+            for effect in names:
+                found[effect] = found.get(effect, 0.0) + probability
+    return found
+
+
+def _options(d: Diagnosis) -> dict[frozenset[str], float]:
+    """Sets of effects that a level may demand, with their probabilities."""
+    return _told(d) if d.verdict.lack_of_fit is not None else _combined(d)
 
 
 def _combined(d: Diagnosis) -> dict[frozenset[str], float]:
