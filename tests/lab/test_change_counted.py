@@ -28,24 +28,42 @@ def test_the_time_of_a_correlation_is_that_of_its_closed_form(correlation: float
     assert autocorrelation_time(runs) == pytest.approx(wanted, rel=0.15)
 
 
-def counted(left: NDArray[np.float64], readings: cbpt.Readings) -> float:
-    """The design effect of one level whose fit leaves this, in standard deviations."""
+def counted(*left: NDArray[np.float64], readings: cbpt.Readings) -> float:
+    """The design effect of levels whose fits leave this, in standard deviations."""
     campaign = SimpleNamespace(readings=readings, rows=readings)
     problem = SimpleNamespace(whitener=lambda y: y, campaign=campaign)
-    fit = SimpleNamespace(residual_arcsec=left)
-    levels = SimpleNamespace(parties=(SimpleNamespace(problem=problem),), fits=(fit,))
-    return design_effect(cast(Levels, levels))
+    fits = tuple(SimpleNamespace(residual_arcsec=one) for one in left)
+    parties = (SimpleNamespace(problem=problem),) * len(left)
+    return design_effect(cast(Levels, SimpleNamespace(parties=parties, fits=fits)))
+
+
+def loops_of(k: int) -> tuple[NDArray[np.float64], cbpt.Readings]:
+    """Torque of one loop, and k such loops."""
+    torque = np.sin(np.linspace(0, 2 * np.pi, 64, endpoint=False))
+    table = {"run": np.repeat(np.arange(k), 64), "torque_Nm": np.tile(torque, k)}
+    angle = {"elastic_angle_arcsec": np.zeros(64 * k)}
+    return torque, cbpt.read_readings(table | angle, need_preload=False)
 
 
 @pytest.mark.parametrize("k", [1, 2, 4])
 def test_runs_that_leave_the_same_law_count_as_one(k: int) -> None:
-    torque = np.sin(np.linspace(0, 2 * np.pi, 64, endpoint=False))
-    table = {"run": np.repeat(np.arange(k), 64), "torque_Nm": np.tile(torque, k)}
-    angle = {"elastic_angle_arcsec": np.zeros(64 * k)}
-    readings = cbpt.read_readings(table | angle, need_preload=False)
+    torque, readings = loops_of(k)
     law = np.tile(np.cos(7 * torque) - np.cos(7 * torque).mean(), k)
     noise = np.random.default_rng(5).standard_normal((20, 64 * k))
-    assert [counted(one, readings) for one in noise] == [1.0] * 20
+    assert [counted(one, readings=readings) for one in noise] == [1.0] * 20
     once = autocorrelation_time([law[:64]]) * np.mean(law**2)
-    found = counted(2 * law + 0.01 * noise[0], readings)
+    found = counted(2 * law + 0.01 * noise[0], readings=readings)
     assert found == pytest.approx(4 * k * once if k > 1 else 1.0, rel=0.01)
+
+
+def test_a_law_counts_by_its_readings_and_whichever_way_it_goes() -> None:
+    k = 10
+    _, readings = loops_of(k)
+    noise = np.random.default_rng(5).standard_normal(64 * k)
+    up_and_down = np.tile(np.resize([1.0, -1.0], 64), k)
+    # Ten runs that leave the same are one, from reading to reading as they may go.
+    assert counted(up_and_down + 0.01 * noise, readings=readings) == pytest.approx(k, rel=0.01)
+    law = np.tile(2 * np.cos(np.linspace(0, 20, 64)), k)
+    both = counted(law, law, readings=readings)
+    # At one of two levels alone, half of it.
+    assert counted(law, noise, readings=readings) == pytest.approx(both / 2, rel=0.1)

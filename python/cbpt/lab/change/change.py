@@ -101,8 +101,8 @@ def change(
         table.
     effects : sequence of str or OwnEffect, optional
         Effects to fit at every level. Without it each level is diagnosed, and what any of them
-        demands is fitted at all; of what some levels do not show together the effect that the
-        fewest demand is left out, and a note says so.
+        demands is fitted at all; of what some levels do not show together the effect that they
+        demand least is left out, and a note says so.
     columns : mapping of str to str, optional
         What headers of the tables mean, as in `read_readings`.
     sheet : str, optional
@@ -216,31 +216,50 @@ def _fitted(
     tell: Progress,
 ) -> tuple[list[Levels], list[str]]:
     """Each set of effects at all levels, where all have a solution; and notes on effects that were
-    left out: of what some levels do not show together, the one that the fewest demand. Without
-    answers, the diagnoses of the levels, the effects were named, and stay."""
+    left out: of what some levels do not show together, the one that the levels demand least.
+    Without answers, the diagnoses of the levels, the effects were named, and stay."""
     forms, support = _forms(answers), support_of(answers)
     found: dict[tuple[str, ...], Levels | None] = {}
-    notes: list[str] = []
+    refused: dict[tuple[str, ...], str] = {}
     for k, ids in enumerate(map(tuple, sets)):
         while ids not in found:
-            tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
-            try:
-                found[ids] = levels_of(list(campaigns.values()), ids, forms)
-            except InvalidInputError as why:
-                blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
-                if len(blind) in (0, len(campaigns)):
-                    raise
-                told = f"{listed(blind)}: the readings do not show {listed(ids)} together"
-                if not support:
-                    raise InvalidInputError(
-                        f"{told}, which others show, so whether they changed cannot be told "
-                        f"({why}); load {'it' if len(blind) == 1 else 'them'} as the others, or "
-                        "name effects to fit"
-                    ) from why
-                least = min(ids, key=lambda effect: support.get(effect, 0.0))
-                notes.append(f"{told}; {least}, which the fewest levels demand, was left out")
-                ids = tuple(effect for effect in ids if effect != least)
+            if ids not in refused:
+                tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
+                try:
+                    found[ids] = levels_of(list(campaigns.values()), ids, forms)
+                    break
+                except InvalidInputError as why:
+                    refused[ids] = _refused(campaigns, ids, forms, why, bool(support))
+            least = min(ids, key=lambda effect: support.get(effect, 0.0))
+            ids = tuple(effect for effect in ids if effect != least)
+    fitted = {effect for ids in found for effect in ids}
+    notes = [
+        f"{told}; left out: {listed(out)}"
+        for ids, told in refused.items()
+        if (out := [effect for effect in ids if effect not in fitted])
+    ]
     return [levels for levels in found.values() if levels is not None], notes
+
+
+def _refused(
+    campaigns: Mapping[str, Campaign],
+    ids: Sequence[str],
+    forms: Collection[str],
+    why: InvalidInputError,
+    may_leave_out: bool,
+) -> str:
+    """What to say of a set of effects that some levels do not show together. Raises what told so
+    where none or all of them do not, or where the effects were named."""
+    blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
+    if len(blind) in (0, len(campaigns)):
+        raise why
+    told = f"{listed(blind)}: the readings do not show {listed(ids)} together"
+    if not may_leave_out:
+        raise InvalidInputError(
+            f"{told}, which others show, so whether they changed cannot be told ({why}); load "
+            f"{'it' if len(blind) == 1 else 'them'} as the others, or name effects to fit"
+        ) from why
+    return told
 
 
 def _shows(campaign: Campaign, effects: Sequence[str], forms: Collection[str]) -> bool:

@@ -95,6 +95,8 @@ class Choice:
     probability: float = 0.0
     stands_for: bool = False
     """Whether the fit is that of a twin, which the readings follow in the same way."""
+    loose: frozenset[int] = frozenset()
+    """Places of gains that change by whatever an instrument may."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +178,11 @@ def weigh(found: Sequence[Choice]) -> Weighed | None:
     model has no solution with all numbers shared."""
     if not found:
         return None
-    found = [form for choice in found for form in _forms(choice)]
+    return of_odds([form for choice in found for form in _forms(choice)])
+
+
+def of_odds(found: Sequence[Choice]) -> Weighed:
+    """Choices with the probabilities that their log odds give them."""
     logs = np.array([choice.log_odds for choice in found])
     chances = np.exp(logs - logs.max())
     chances /= chances.sum()
@@ -324,7 +330,8 @@ class _Search:
             of, wide = self.levels, self._alongside(own)
             fit = fit_shared(of.parties, of.variants, wide, loose=own & places)
             if fit is not None and not fit.ends_at_limit(own & places):
-                yield Choice(self.names(wide), of, fit, fit.log_evidence + self._prior(wide))
+                odds = fit.log_evidence + self._prior(wide)
+                yield Choice(self.names(wide), of, fit, odds, loose=own & places)
 
     def settle(self) -> None:
         """Choices fitted again from each other's values."""

@@ -30,8 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Choice, Weighed, choices_of, groups_of, weigh
-from cbpt.lab.change.shared import Party
+from cbpt.lab.change.posterior import Choice, Weighed, choices_of, groups_of, of_odds
+from cbpt.lab.change.shared import Party, fit_shared
 from cbpt.lab.covariance.repeated_runs import comes_again, runs_alike
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.dataset import Campaign
@@ -130,38 +130,41 @@ def counted_once(weighed: Weighed) -> Weighed:
     d = design_effect(weighed.best.levels)
     if d <= 1:
         return weighed
-    sets: dict[int, tuple[Levels, set[frozenset[str]]]] = {}
-    for choice in weighed.near(d):
-        sets.setdefault(id(choice.levels), (choice.levels, set()))[1].add(choice.changed)
+    near = weighed.near(d)
+    counted = {id(c.levels): dispersed(c.levels, d) for c in near}
     found: list[Choice] = []
-    for levels, names in sets.values():
-        stated = tuple(sorted(names, key=sorted))
-        found += choices_of(dispersed(replace(levels, choices=stated), d))
-    return weigh(found) or weighed
+    for c in near:
+        of = counted[id(c.levels)]
+        fit = fit_shared(of.parties, of.variants, c.fit.separate, c.fit.points, c.loose)
+        if fit is not None and not (c.loose and fit.ends_at_limit(c.loose)):
+            odds = c.log_odds + fit.log_evidence - c.fit.log_evidence
+            found.append(replace(c, levels=of, fit=fit, log_odds=odds))
+    return of_odds(found) if found else weighed
 
 
 def design_effect(levels: Levels) -> float:
     """How much less than they are counted for the readings tell where what the fits leave comes
     again in runs with the same torques; 1 where it does not.
 
-    The dispersion of the means of such runs, as in `pattern_of`: 1 of noise, k times that of one
-    run of what is the same in k runs (the design effect of Kish, Survey Sampling, 1965, section
-    5.4).
+    The square of the sum over such runs, by their readings: 1 of noise, k times that of one run of
+    what is the same in k runs (the design effect of Kish, Survey Sampling, 1965, section 5.4); and
+    as in `pattern_of` along a run.
     """
-    means: list[Floats] = []
-    laws = False
+    sums: list[Floats] = []
+    count, laws = 0, False
     for party, fit in zip(levels.parties, levels.fits, strict=True):
         readings, left = party.problem.campaign.readings, fit.residual_arcsec
         again, seen = comes_again(readings, left), party.problem.whitener(left)
         is_law = again is not None and again.p_value < RULES.left_chance
         laws |= is_law
         for rows in runs_alike(readings):
-            told = np.sqrt(len(rows)) * seen[rows].mean(axis=0)
-            means += [told] if is_law else list(seen[rows])
+            sums += [seen[rows].sum(axis=0)] if is_law else list(seen[rows])
+            count += rows.size
     if not laws:
         return 1.0
-    size = sum(float(mean @ mean) for mean in means) / sum(map(len, means))
-    return max(autocorrelation_time(means) * size, 1.0)
+    size = sum(float(of_runs @ of_runs) for of_runs in sums) / count
+    # What goes up and down from reading to reading comes again all the same.
+    return max(max(autocorrelation_time(sums), 1.0) * size, 1.0)
 
 
 def _time_of(levels: Levels) -> float:

@@ -73,7 +73,7 @@ def both(
 
 def side_by_side(campaign: Campaign, works: Sequence[Callable[[], Found]]) -> list[Found]:
     """What becomes of things that are done on all cores, in their order; each has a model of its
-    own, or asks none. What is raised ends all others."""
+    own, or asks none. What is raised ends those that have not begun."""
     threads = min(threads_for(campaign), len(works))
     if threads <= 1:
         return [work() for work in works]
