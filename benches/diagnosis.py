@@ -83,9 +83,9 @@ import sys, time
 import cbpt
 for line in sys.stdin:
     case, table = line.split()
-    start = time.process_time()
+    processor, clock = time.process_time(), time.perf_counter()
     cbpt.diagnose(case, table)
-    print(time.process_time() - start, flush=True)
+    print(time.process_time() - processor, time.perf_counter() - clock, flush=True)
 """
 
 
@@ -99,30 +99,32 @@ class Other:
             [python, "-c", _ANSWERS], stdin=pipe, stdout=pipe, text=True, cwd=checkout
         )
 
-    def seconds(self, name: str, table: Path) -> float:
-        """Processor time of one diagnosis by the case of a campaign."""
+    def seconds(self, name: str, table: Path) -> list[float]:
+        """Processor time and time by the clock of one diagnosis by the case of a campaign."""
         told, said = self._process.stdin, self._process.stdout
         assert told is not None
         assert said is not None
         print(DATA / f"{name}.toml", table, file=told, flush=True)
-        return float(said.readline())
+        return [float(seconds) for seconds in said.readline().split()]
 
 
 def beside(checkout: Path, rounds: int = 4) -> None:
-    """Prints processor times of this checkout and another, the smallest of rounds in turns."""
+    """Prints times of this checkout and another, the smallest of rounds in turns."""
     here, there = Other(Path(__file__).parents[1]), Other(checkout)
 
-    def row(label: str, name: str, table: Path, turns: int) -> tuple[float, float]:
+    def row(label: str, name: str, table: Path, turns: int) -> np.ndarray:
         took = [(here.seconds(name, table), there.seconds(name, table)) for _ in range(turns)]
-        return show(label, *np.min(took, axis=0))
+        return show(label, np.min(took, axis=0).T)
 
-    def show(label: str, one: float, other: float) -> tuple[float, float]:
-        print(f"{label:24s} {one:8.2f} {other:8.2f} {one / other:14.2f}", flush=True)
-        return one, other
+    def show(label: str, times: np.ndarray) -> np.ndarray:
+        told = (f"{one:8.2f} {other:8.2f} {one / other:14.2f}" for one, other in times)
+        print(f"{label:24s} {' '.join(told)}", flush=True)
+        return times
 
-    print(f"{'processor time, s':24s} {'here':>8s} {'there':>8s} {'here / there':>14s}")
+    head = f"{'here':>8s} {'there':>8s} {'here / there':>14s}"
+    print(f"{'processor; clock, s':24s} {head} {head}")
     found = [row(name, name, DATA / f"{name}.csv", rounds) for name in NAMES]
-    show("median of these", *np.median(found, axis=0))
+    show("median of these", np.median(found, axis=0))
     with tempfile.TemporaryDirectory() as folder:
         for name in LONG_NAMES:
             columns, table = tiled(name, LONG), Path(folder) / f"{name}.csv"
