@@ -10,8 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
+from cbpt.lab.change import reproducibility
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.reproducibility import autocorrelation_time, design_effect
+from cbpt.lab.change.reproducibility import autocorrelation_time, counted_once, design_effect
+from common.friction_loops import read_from
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
@@ -67,3 +69,27 @@ def test_a_law_counts_by_its_readings_and_whichever_way_it_goes() -> None:
     both = counted(law, law, readings=readings)
     # At one of two levels alone, half of it.
     assert counted(law, noise, readings=readings) == pytest.approx(both / 2, rel=0.1)
+
+
+def test_readings_that_all_but_count_leave_each_choice_its_probability(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A gain that is off by far more than its calibration, and its twin, too."""
+    case = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}}
+    torque = np.concatenate([np.arange(0, 20), np.arange(20, -20, -1), np.arange(-20, 0.1)])
+    one, other = (read_from(case, torque, seed=seed, u=2.0) for seed in (1, 2))
+    other["elastic_angle_arcsec"] = 1.2 * other["elastic_angle_arcsec"]
+    told = case | {"uncertainty": {"contact_stiffness_rel": 0.1}}
+    before = cbpt.change(told, one, other, effects=[]).weighed
+    assert any(c.loose for c in before.choices) and any(c.stands_for for c in before.choices)
+    monkeypatch.setattr(reproducibility, "design_effect", lambda levels: 1 + 1e-9)
+    after = counted_once(before)
+    for c in before.near(1.0):
+        (same,) = [
+            a
+            for a in after.choices
+            if (a.changed, a.loose, a.stands_for, a.fit.separate)
+            == (c.changed, c.loose, c.stands_for, c.fit.separate)
+            and a.levels.variants == c.levels.variants
+        ]
+        assert same.probability == pytest.approx(c.probability, abs=0.01)

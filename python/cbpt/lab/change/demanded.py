@@ -1,7 +1,7 @@
 """Which effects are fitted at all levels where nobody names them.
 
 demanded    sets of effects, by the diagnoses of the levels
-support_of  how many levels demand each effect
+support_of  how much the levels demand each effect
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
 
 
 def support_of(answers: Sequence[Diagnosis]) -> dict[str, float]:
-    """How many levels demand each effect, each level by its probability."""
+    """How much the levels demand each effect: the sum of its probabilities."""
     found: dict[str, float] = {}
     for d in answers:
         for names, probability in _options(d).items():
