@@ -234,7 +234,7 @@ def _fitted(
             ids = tuple(effect for effect in ids if effect != least)
     fitted = {effect for ids in found for effect in ids}
     notes = [
-        f"{told}; left out: {listed(out)}"
+        f"{told}; left out at all levels: {listed(out)}"
         for ids, told in refused.items()
         if (out := [effect for effect in ids if effect not in fitted])
     ]
