@@ -54,10 +54,11 @@ def sentence(found: ChangeData) -> str:
             f"{_loops_differ(found)}{remedy}" + _by_itself(found) + _noise(found)
         )
     if found.kind == "undecided":
+        loops = _loops_differ(found)
+        whose = "The fitted effects" if loops else "The readings"
         return (
-            "The readings do not decide whether something changed "
-            f"({_sure(found.probability)} that it did)."
-            f"{_loops_differ(found)}{_by_itself(found)}{_noise(found)}"
+            f"{whose} do not decide whether something changed ({_sure(found.probability)} that it "
+            f"did).{loops}{_by_itself(found)}{_noise(found)}"
         )
     rest = _hidden(found) + _noise(found) + _within(found)
     return _changes(found) + _unless(found) + _not_shown(found) + rest
