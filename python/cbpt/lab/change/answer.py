@@ -12,7 +12,6 @@ from typing import Any
 
 from cbpt.lab.change.record import ByItself, Changed, ChangeData
 from cbpt.lab.change.text import lines, sentence
-from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 
@@ -107,13 +106,7 @@ class Change(Reported, ChangeData):
             "changed": [_plain(c) for c in self.changed],
             "rivals": [list(group) for group in self.rivals],
             "rests_on": self._rests_on(),
-            "perhaps": [
-                {"effect": g.effect, "probability": chance}
-                for g in self.weighed.groups
-                if RULES.likely <= (chance := self.weighed.changed(g.effect))
-                and (chance < RULES.undecided or g.effect in self.hidden)
-                and not any(g.effect in group for group in self.rivals)
-            ],
+            "perhaps": [{"effect": e, "probability": p} for e, p in self.perhaps.items()],
             "probability": self.probability,
             "sentence": self.sentence,
         }

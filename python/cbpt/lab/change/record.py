@@ -170,6 +170,18 @@ class ChangeData:
         return tuple(group for group in self.weighed.rivals if not set(group) <= set(self.hidden))
 
     @property
+    def perhaps(self) -> dict[str, float]:
+        """Effects and numbers that may have changed and are not told as changed, with the
+        probability by the readings."""
+        return {
+            g.effect: chance
+            for g in self.weighed.groups
+            if RULES.likely <= (chance := self.weighed.changed(g.effect))
+            and (chance < RULES.undecided or g.effect in self.hidden)
+            and not any(g.effect in group for group in self.rivals)
+        }
+
+    @property
     def nothing_shown(self) -> bool:
         """Of an undecided answer: whether nothing changed of what the model follows and all levels
         show."""

@@ -1,9 +1,10 @@
 """What changed, in words.
 
-sentence         the verdict
-unless_repeated  the remedy where no state was measured twice
-limited          a value that may end at a limit of its range
-lines            the whole answer
+sentence           the verdict
+headline_and_rest  the same in two parts
+unless_repeated    the remedy where no state was measured twice
+limited            a value that may end at a limit of its range
+lines              the whole answer
 """
 
 from __future__ import annotations
@@ -20,48 +21,66 @@ _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
 
 
 def sentence(found: ChangeData) -> str:
-    """The verdict in one sentence."""
+    """The verdict in one paragraph."""
+    return "".join(headline_and_rest(found))
+
+
+def headline_and_rest(found: ChangeData) -> tuple[str, str]:
+    """The verdict itself, and what belongs to it; the second is empty or begins with a space."""
+    noise, within = _noise(found), _within(found)
     if found.kind == "nothing":
-        told = f"Nothing changed ({_sure(found.probability)})."
-        return told + _hidden(found) + _noise(found) + _within(found)
-    differing = found.differing_loops
-    if differing is not None:
-        sure = differing.differ is not None
-        less = "differ by less" if sure else "hardly differ as much"
-        return (
-            f"The measured loops {'' if sure else 'may have '}changed: {_widths(found, differing)},"
-            f" and loops of one level {less}. The fitted effects cannot reproduce this (their "
-            f"verdict alone would be that nothing changed, {_sure(1 - found.probability)})"
-            ", so what changed cannot be told: look at the loops of both levels, and name other "
-            "effects to fit." + _by_itself(found) + _noise(found)
-        )
+        return f"Nothing changed ({_sure(found.probability)}).", _hidden(found) + noise + within
+    if found.differing_loops is not None:
+        head, rest = _loops_alone(found, found.differing_loops)
+        return head, rest + _by_itself(found) + noise
     if found.nothing_shown:
-        what = "the model follows" if found.beyond_the_model else "all levels show"
+        what = "the model follows" if found.beyond_the_model else f"{_all(found)} show"
+        open_ = _odd_level(found) + _rests_differ(found) + _not_shown(found)
         return (
-            f"Of what {what} nothing changed ({_sure(1 - found.probability)})."
-            f"{_odd_level(found)}{_rests_differ(found)}{_not_shown(found)}{_hidden(found)}"
-            f"{_noise(found)}{_within(found)}"
+            f"Of what {what} nothing changed ({_sure(1 - found.probability)}).",
+            f"{open_}{_hidden(found)}{noise}{within}",
         )
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
         by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
-        rest = _rest(found)
-        rest = f"{rest} That may look like such a change." if rest else ""
-        remedy = " Name other effects to fit." if rest else ""
-        return (
-            "What changed cannot be told. By the fitted effects "
-            f"{listed(found.weighed.likely, 'or')} changed{by}.{_runs(found)}{_still(found)}{rest}"
-            f"{_loops_differ(found)}{remedy}" + _by_itself(found) + _noise(found)
+        left = _rest(found)
+        left = f"{left} That may look like such a change." if left else ""
+        remedy = " Name other effects to fit." if left else ""
+        return "What changed cannot be told.", (
+            f" By the fitted effects {listed(found.weighed.likely, 'or')} changed{by}."
+            f"{_runs(found)}{_still(found)}{left}{_loops_differ(found)}{remedy}"
+            f"{_by_itself(found)}{noise}"
         )
     if found.kind == "undecided":
         loops = _loops_differ(found)
         whose = "The fitted effects" if loops else "The readings"
         return (
             f"{whose} do not decide whether something changed ({_sure(found.probability)} that it "
-            f"did).{loops}{_by_itself(found)}{_noise(found)}"
+            "did).",
+            f"{loops}{_by_itself(found)}{noise}",
         )
-    rest = _hidden(found) + _noise(found) + _within(found)
-    return _changes(found) + _unless(found) + _not_shown(found) + rest
+    return _changes(found), _unless(found) + _not_shown(found) + _hidden(found) + noise + within
+
+
+def _one(found: ChangeData) -> str:
+    """What is compared."""
+    return "table" if found.by is None else "level"
+
+
+def _all(found: ChangeData) -> str:
+    return "both tables" if found.by is None else "all levels"
+
+
+def _loops_alone(found: ChangeData, loops: LoopWidths) -> tuple[str, str]:
+    """That loops differ, and no fitted effect does."""
+    sure = loops.differ is not None
+    return (
+        f"The measured loops {'' if sure else 'may have '}changed: {_widths(found, loops)}, and "
+        f"loops of one {_one(found)} {'differ by less' if sure else 'hardly differ as much'}.",
+        " The fitted effects cannot reproduce this (their verdict alone would be that nothing "
+        f"changed, {_sure(1 - found.probability)}), so what changed cannot be told: look at the "
+        f"loops of both {_one(found)}s, and name other effects to fit.",
+    )
 
 
 def _changes(found: ChangeData) -> str:
@@ -87,7 +106,7 @@ def _runs(found: ChangeData) -> str:
     if not found.runs_differ:
         return ""
     return (
-        " But runs of one level with the same torques do not agree on "
+        f" But runs of one {_one(found)} with the same torques do not agree on "
         f"{listed(found.runs_differ)}: they differ by as much. Look at the runs one by one, and "
         "repeat them."
     )
@@ -215,7 +234,7 @@ def _by_itself(found: ChangeData) -> str:
         }
         label = next(iter(words.values()))[0]
         told.append(f"{label} {listed([f'{w} ({level})' for level, (_, w) in words.items()])}")
-    return f" Each level fitted by itself: {'; '.join(told)}." if told else ""
+    return f" Each {_one(found)} fitted by itself: {'; '.join(told)}." if told else ""
 
 
 def _widths(found: ChangeData, loops: LoopWidths) -> str:
@@ -277,10 +296,10 @@ def _rests_differ(found: ChangeData) -> str:
     if found.rests_differ_arcsec is None:
         return ""
     return (
-        " But what the fitted effects do not follow differs from level to level by "
-        f"{rounded(found.rests_differ_arcsec)} arcsec (rms) in runs with the same torques: "
+        f" But what the fitted effects do not follow differs from {_one(found)} to {_one(found)} "
+        f"by {rounded(found.rests_differ_arcsec)} arcsec (rms) in runs with the same torques: "
         "something that the model lacks changed, or the rig was set up otherwise. Compare the "
-        "residuals of the levels (cbpt compare), and measure one state again."
+        f"residuals of the {_one(found)}s (cbpt compare), and measure one state again."
     )
 
 
@@ -303,7 +322,11 @@ def _firm(u: Unchanged) -> bool:
 def lines(found: ChangeData) -> Iterator[str]:
     """The whole answer."""
     kind = found.readings[0].preload_N is None
-    yield sentence(found)
+    head, rest = headline_and_rest(found)
+    yield head
+    if rest:
+        yield ""
+        yield rest.strip()
     yield ""
     head = found.by or "campaign"
     rows = [
@@ -314,7 +337,8 @@ def lines(found: ChangeData) -> Iterator[str]:
     ]
     yield layout.table([head, "readings", "rmse_arcsec", "scatter_arcsec"], rows)
     fitted = listed(found.effects) if found.effects else "no effect"
-    yield f"Fitted at every level: {fitted}, and the numbers of drive and rig within [uncertainty]."
+    numbers = "the numbers of drive and rig within [uncertainty]"
+    yield f"Fitted to {_all(found)}: {fitted}, and {numbers}."
     rows = []
     for group in found.weighed.groups:
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")

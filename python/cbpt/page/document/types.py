@@ -429,15 +429,45 @@ class MeasuredLevel(TypedDict):
     elastic_angle_arcsec: Column
 
 
+class OpenChange(TypedDict):
+    """What may have changed, and why it is not told as changed."""
+
+    effect: str
+    probability: float
+    why: str
+
+
+class MeasuredLoops(TypedDict):
+    """The loops of one amplitude as they were measured, at both levels."""
+
+    amplitude_Nm: float
+    width_arcsec: list[float]
+    """At zero torque."""
+    u_arcsec: list[float | None]
+
+
+class NumberByItself(TypedDict):
+    """A number as each level has it if nothing is shared, as text."""
+
+    effect: str
+    number: str
+    values: list[str]
+
+
 class ChangeSection(TypedDict):
     """What changed between the readings shown and a second table."""
 
     kind: str
     """changed, nothing or undecided."""
-    sentence: str
+    headline: str
+    rest: str
+    """What belongs to the headline; may be empty."""
     probability: float
     changed: list[ChangedNumber]
+    open: list[OpenChange]
     unchanged: list[UnchangedNumber]
+    loops: list[MeasuredLoops]
+    by_itself: list[NumberByItself]
     levels: list[MeasuredLevel]
     effects: list[str]
     """Fitted at both levels."""

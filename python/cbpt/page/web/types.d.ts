@@ -398,14 +398,41 @@ export interface MeasuredLevel {
   elastic_angle_arcsec: Column;
 }
 
+/** What may have changed, and why it is not told as changed. */
+export interface OpenChange {
+  effect: string;
+  probability: number;
+  why: string;
+}
+
+/** The loops of one amplitude as they were measured, at both levels. */
+export interface MeasuredLoops {
+  amplitude_Nm: number;
+  /** At zero torque. */
+  width_arcsec: number[];
+  u_arcsec: (number | null)[];
+}
+
+/** A number as each level has it if nothing is shared, as text. */
+export interface NumberByItself {
+  effect: string;
+  number: string;
+  values: string[];
+}
+
 /** What changed between the readings shown and a second table. */
 export interface ChangeSection {
   /** changed, nothing or undecided. */
   kind: string;
-  sentence: string;
+  headline: string;
+  /** What belongs to the headline; may be empty. */
+  rest: string;
   probability: number;
   changed: ChangedNumber[];
+  open: OpenChange[];
   unchanged: UnchangedNumber[];
+  loops: MeasuredLoops[];
+  by_itself: NumberByItself[];
   levels: MeasuredLevel[];
   /** Fitted at both levels. */
   effects: string[];

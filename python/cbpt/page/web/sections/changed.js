@@ -5,7 +5,7 @@
 import { compareWith, isLive, Superseded } from "../lib/api.js";
 import { announce, bodyOf, byId, el, fill, showSection, table } from "../lib/dom.js";
 import { Figure, safe, thin } from "../lib/figure.js";
-import { probability, text } from "../lib/numbers.js";
+import { probability, text, withUncertainty } from "../lib/numbers.js";
 import { documentShown, inUnit, on, scale, state } from "../lib/store.js";
 
 const MOST_DRAWN = 1500;
@@ -73,7 +73,7 @@ async function take(chooser) {
   try {
     found = await compareWith(file);
     show();
-    announce(found.sentence);
+    announce(`${found.headline} ${found.rest}`);
   } catch (error) {
     if (error instanceof Superseded) return;
     const why = error instanceof Error ? error.message : String(error);
@@ -83,13 +83,15 @@ async function take(chooser) {
 
 function show() {
   if (!found) return;
-  const { changed, unchanged, levels, notes } = found;
+  const { changed, unchanged, levels, loops, notes } = found;
+  const names = levels.map((l) => l.name);
   const angle = (/** @type {number} */ arcsec) => text(arcsec * scale());
   fill(
     byId("changed-found"),
-    el("p", { id: "changed-sentence" }, el("strong", {}, found.sentence)),
+    el("p", { id: "changed-sentence" }, el("strong", {}, found.headline)),
+    found.rest && el("p", {}, found.rest),
     changed.length > 0 &&
-      table(
+      titled(
         "What changed",
         ["effect", "number", "before", "after", "", "probability"],
         changed.map((c) => [
@@ -101,13 +103,37 @@ function show() {
           probability(c.probability),
         ]),
       ),
+    found.open.length > 0 &&
+      titled(
+        "What may have changed",
+        ["effect", "probability", "why it is not told"],
+        found.open.map((o) => [o.effect, probability(o.probability), o.why]),
+      ),
+    loops.length > 0 &&
+      titled(
+        `Width of the measured loops at zero torque (${state.unit})`,
+        ["loops to (N m)", ...names],
+        loops.map((w) => [
+          text(w.amplitude_Nm),
+          ...w.width_arcsec.map((width, k) => {
+            const u = w.u_arcsec[k];
+            return u === null ? angle(width) : withUncertainty(width * scale(), u * scale());
+          }),
+        ]),
+      ),
+    found.by_itself.length > 0 &&
+      titled(
+        "Each table fitted by itself",
+        ["effect", "number", ...names],
+        found.by_itself.map((b) => [b.effect, b.number, ...b.values]),
+      ),
     unchanged.length > 0 &&
-      table(
+      titled(
         "What both share",
         ["effect", "number", "value"],
         unchanged.map((u) => [u.effect, u.number, u.value]),
       ),
-    table("The two tables", [
+    titled("The two tables", [
       "table",
       "readings",
       `error of the model (${state.unit})`,
@@ -117,6 +143,11 @@ function show() {
   );
   byId("changed-plot").hidden = false;
   figure.draw();
+}
+
+/** A table under its title. @param {string} title @param {string[]} heads @param {string[][]} rows */
+function titled(title, heads, rows) {
+  return el("div", {}, el("h3", {}, title), table(title, heads, rows));
 }
 
 /** @param {Theme} t */
