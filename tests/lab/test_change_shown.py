@@ -237,3 +237,35 @@ def test_numbers_that_are_known_together_alone_differ_together(
     levels = SimpleNamespace(fits=[SimpleNamespace(unknowns=unknowns)])
     choice = SimpleNamespace(levels=levels, fit=fit, stands_for=False)
     assert differs(cast(Choice, choice), "creep") is expected
+
+
+def test_a_level_of_a_few_readings_ends_nothing() -> None:
+    """Runs too short to repeat each other."""
+    few = level(np.array([3.0, 4.0, 5.0, 6.0]), 150.0, seed=2)
+    assert found(level(BOTH_WAYS, 150.0), few).kind == "undecided"
+
+
+@pytest.mark.parametrize("stated_arcsec", [None, 5.0])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_table_without_times_is_compared_with_one_that_has_them(
+    turned: bool, stated_arcsec: float | None
+) -> None:
+    """Their models have other effects to offer, and one list of places for what they share."""
+    timed, bare = (
+        {name: column[: len(BOTH_WAYS)] for name, column in table.items()}
+        for table in (level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, 2.0, seed=2))
+    )
+    del bare["time_s"]
+    tables = [bare, timed] if turned else [timed, bare]
+    effects = [FRICTION, "backlash"]
+    answer = cbpt.change(CASE, *tables, effects=effects, reproducibility_arcsec=stated_arcsec)
+    assert answer.kind == "changed"
+    [changed] = answer.changed
+    assert changed.effect == FRICTION and changed.direction == ("down" if turned else "up")
+
+
+def test_an_effect_over_time_is_not_fitted_to_a_table_without_times() -> None:
+    timed, bare = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2)
+    del bare["time_s"]
+    with pytest.raises(cbpt.ReadingsError, match=r"'time_s': .*the column that creep depends on"):
+        cbpt.change(CASE, timed, bare, effects=[FRICTION, "creep"])

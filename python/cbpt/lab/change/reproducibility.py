@@ -32,7 +32,9 @@ from numpy.typing import NDArray
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, groups_of, of_odds
 from cbpt.lab.change.shared import Party, fit_shared
+from cbpt.lab.covariance.linear_gaussian import Whitener
 from cbpt.lab.covariance.repeated_runs import comes_again, runs_alike
+from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.selection.rules import RULES
@@ -108,16 +110,20 @@ def doubts_of(levels: Levels, comes_again: Sequence[bool], alone: bool = False) 
     again, 1 where it does not. Runs with the same torques are then one run: the square root of the
     dispersion of their means, as in `pattern_of`, with as many observations less as there are
     values. alone: beside the noise of each fit, and not that with which the levels count."""
-    found = []
-    for party, fit, law in zip(levels.parties, levels.fits, comes_again, strict=True):
-        whitener = fit.whitener if alone else party.problem.whitener
-        left, readings = whitener(fit.residual_arcsec), party.problem.campaign.readings
-        means = [np.sqrt(len(rows)) * left[rows].mean(axis=0) for rows in runs_alike(readings)]
-        time = max(autocorrelation_time(means), 1.0)
-        n, values = sum(map(len, means)), sum("." in unknown.name for unknown in fit.unknowns)
-        size = sum(float(mean @ mean) for mean in means) / max(n - values * time, time)
-        found.append(max(float(np.sqrt(time * size)), 1.0) if law else 1.0)
-    return found
+    return [
+        _doubt_of(fit, (fit if alone else party.problem).whitener, party) if law else 1.0
+        for party, fit, law in zip(levels.parties, levels.fits, comes_again, strict=True)
+    ]
+
+
+def _doubt_of(fit: Fit, whitener: Whitener, party: Party) -> float:
+    """Of one level whose rest comes again."""
+    left, readings = whitener(fit.residual_arcsec), party.problem.campaign.readings
+    means = [np.sqrt(len(rows)) * left[rows].mean(axis=0) for rows in runs_alike(readings)]
+    time = max(autocorrelation_time(means), 1.0)
+    n, values = sum(map(len, means)), sum("." in unknown.name for unknown in fit.unknowns)
+    size = sum(float(mean @ mean) for mean in means) / max(n - values * time, time)
+    return max(float(np.sqrt(time * size)), 1.0)
 
 
 def counted_once(weighed: Weighed) -> Weighed:
@@ -268,7 +274,8 @@ def _way(party: Party, other: Party) -> Floats:
     """What leads from the fitted curve of a level to that of another: its beginning by the slopes,
     and their difference where the model has a solution there; shape (n, 1 or 2)."""
     problem = party.problem
-    far = problem.coordinates(other.point) - problem.coordinates(party.point)
+    # Each by its own places: models of different tables need not have the same.
+    far = other.problem.coordinates(other.point) - problem.coordinates(party.point)
     begun: Floats = problem.columns(party.point) @ (far / problem.unit)
     curve = _curve(party, other)
     if curve is None:

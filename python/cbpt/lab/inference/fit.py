@@ -85,9 +85,10 @@ class Fitter:
         )
         library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())
-        self.effects = (
-            *dict.fromkeys([*campaign.priors, *campaign.own, *(v.effect for v in self.variants)]),
-        )
+        # Of variants that are given all have a place, also those that this table cannot show: what
+        # fitters of several tables know is then put from one to another place by place.
+        placed = (v.effect for v in (*(variants or ()), *self.variants))
+        self.effects = (*dict.fromkeys([*campaign.priors, *campaign.own, *placed]),)
         # Every ball of a lot is an instance of its own; they come last, one after the other.
         self.effects += (LOT,) * (balls - 1)
         self.model = Assembled(campaign, self.effects)

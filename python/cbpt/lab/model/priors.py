@@ -298,6 +298,35 @@ def no_quicker(variant: Variant, step_s: float) -> Variant | None:
     return replace(variant, shapes=tuple(shapes))
 
 
+_HAIR = 1e-12
+
+
+def within_limits(variant: Variant) -> Variant | None:
+    """A form whose ranges are no wider than what its equation takes, None where nothing is left: a
+    range that comes from the table may go beyond, as that of a time over years does."""
+    known = _PARAMETERS.get(variant.effect, {})
+    shapes: list[Shape] = []
+    for shape in variant.shapes:
+        limits = known.get(shape.name)
+        if limits is not None:
+            # A hair within: what is searched in logarithms comes back but for rounding.
+            low = max(shape.low, limits.lower * (1 + _HAIR))
+            high = min(shape.high, limits.upper * (1 - _HAIR))
+            if low >= high:
+                return None
+            grid = dict.fromkeys(min(max(at, low), high) for at in shape.grid)
+            shape = replace(shape, low=low, high=high, grid=tuple(grid))
+        shapes.append(shape)
+    ratios = variant.ratios or (1.0,) * len(variant.sizes)
+    most = min(
+        (known[size].upper - known[size].neutral) / ratio if size in known else math.inf
+        for size, ratio in zip(variant.sizes, ratios, strict=True)
+    )
+    if variant.low >= most:
+        return None
+    return replace(variant, high=min(variant.high, most), shapes=tuple(shapes))
+
+
 def joints(torque_Nm: float) -> tuple[Variant, ...]:
     """A joint of the shaft that gives less as it is loaded: by 5 to 22 % at the largest torque."""
     grid = (0.25 / torque_Nm,)

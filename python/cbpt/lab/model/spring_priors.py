@@ -39,6 +39,7 @@ from cbpt.lab.model.priors import (
     torque_lags,
     torque_zeros,
     warm_ups,
+    within_limits,
 )
 from cbpt.lab.readings.readings import Readings
 from cbpt.results import solve_many
@@ -49,6 +50,14 @@ def library_of(
 ) -> tuple[Variant, ...]:
     """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
     those asked for, by effect or form. beside: other campaigns that are fitted with this one."""
+    forms = map(within_limits, _forms_of(campaign, asked, beside))
+    return tuple(form for form in forms if form is not None)
+
+
+def _forms_of(
+    campaign: Campaign, asked: Sequence[str], beside: Sequence[Campaign]
+) -> tuple[Variant, ...]:
+    """The same, in ranges that may go beyond what the equations take."""
     if campaign.drive.kind == "ball_drive":
         torque = float(np.abs(campaign.readings.torque_Nm).max()) or 1.0
         read = [c.readings.preload_N for c in (campaign, *beside)]
@@ -226,16 +235,18 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         time = _ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
         compliance = angle / torque
         for size, name in CREEP:
-            yield _with(_of("creep", (size,), compliance, 1e-4, 1.0), (time,), name)
-        yield _signed(_of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
+            yield _with(_of("creep", (size,), compliance, 1e-4, 1.0), (time,), name, "time_s")
+        drift = _signed(_of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
+        yield replace(drift, needs="time_s")
         yield from warm_ups(length, 1e-3 * angle, angle)
     if readings.temperature_degC is not None:
         span = float(np.ptp(readings.temperature_degC)) or 1.0
-        drift = _of("drift", ("rate_rad_per_K",), angle / span, 1e-3, 1.0)
-        yield _signed(drift, name="temperature")
+        drift = _signed(_of("drift", ("rate_rad_per_K",), angle / span, 1e-3, 1.0), "temperature")
+        drift = replace(drift, needs="temperature_degC")
+        yield drift
         if readings.time_s is not None:
             lag = Shape(LAG[0], 60.0, 1200.0, LAG[1], log=True)
-            yield replace(_signed(drift, name="lagging temperature"), shapes=(lag,))
+            yield replace(drift, name="lagging temperature", shapes=(lag,))
     spring = tomllib.loads(campaign.drive.to_toml())["torsion_spring"]
     curved = "torque_Nm" in spring
     yield from _joints(angle / torque, torque, curved)

@@ -15,6 +15,7 @@ import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
-from cbpt.lab.model.priors import ON_REQUEST, Variant
+from cbpt.lab.model.priors import ON_REQUEST, VARIANTS, Variant
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.linear_screen import Screen, Signatures, Stack
 from cbpt.lab.selection.rules import RULES
@@ -228,6 +229,9 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
     everything = (*fitter.library, *fitter.campaign.candidates, *lots)
     variants = [v for v in everything if effect in (v.effect, v.label)]
     if not variants:
+        need = next((v.needs for v in VARIANTS if v.effect == effect), "")
+        if need and getattr(readings, need) is None:
+            _stop_without(need, effect, readings)
         known = list(dict.fromkeys([*(v.effect for v in everything), *ON_REQUEST]))
         near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
         hint = f"Did you mean {near[0]}? " if effect and near else ""
@@ -237,9 +241,12 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
         )
     possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
     if not possible:
-        need = variants[0].needs
-        raise ReadingsError.of_table(readings.source, need, f"the column that {effect} depends on")
+        _stop_without(variants[0].needs, effect, readings)
     return possible
+
+
+def _stop_without(column: str, effect: str, readings: Readings) -> NoReturn:
+    raise ReadingsError.of_table(readings.source, column, f"the column that {effect} depends on")
 
 
 def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[Floats]:
