@@ -15,7 +15,7 @@ from cbpt.lab.selection.lack_of_fit import run_time
 from common.comparisons import drive_of
 from common.friction_loops import LOOP as SPRING_LOOP
 from common.friction_loops import found as changed
-from common.friction_loops import loops
+from common.friction_loops import loops, read_from
 from common.simulated import readings_of
 
 LOOP = np.concatenate([np.linspace(0, 5, 11), np.linspace(4.5, -5, 20), np.linspace(-4.5, 0, 10)])
@@ -80,15 +80,13 @@ def test_friction_that_starts_anew_is_friction() -> None:
 def test_of_a_torsion_spring_friction_goes_on() -> None:
     """Friction alone, without the play that is there too, followed the readings better by itself
     at the start of each run."""
-    n = len(LOOP)
-    table = {
-        "run": np.repeat([1, 2], n),
-        "time_s": np.arange(2.0 * n),
-        "torque_Nm": np.tile(LOOP, 2),
-        "elastic_angle_arcsec": np.tile(LOOP, 2),
-    }
-    case = cbpt.Case.from_dict({"torsion_spring": {"torsional_stiffness_Nm_per_deg": 20.0}})
-    campaign = Campaign.of(case, cbpt.read_readings(table, need_preload=False))
+    friction = {"friction_torque_Nm": 1.0, "engagement_angle_arcsec": 30.0}
+    play = {"play_arcsec": 150.0, "transition_torque_Nm": 0.5}
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}}
+    effects = [{"id": "friction_hysteresis"} | friction, {"id": "backlash"} | play]
+    table = read_from(spring | {"effect": effects}, SPRING_LOOP)
+    readings = cbpt.read_readings(table, need_preload=False)
+    campaign = Campaign.of(cbpt.Case.from_dict(spring), readings)
     assert with_its_history(campaign) == (campaign, [])
 
 
@@ -187,3 +185,29 @@ def test_a_first_loading_is_no_change() -> None:
     answer = changed(after, rest)
     assert answer.kind == "nothing"
     assert any(note.startswith("before, unlike after: the readings show") for note in answer.notes)
+
+
+def test_a_stiffness_that_bends_hides_no_start_from_rest() -> None:
+    """Friction alone follows the curve better where earlier loops have left some."""
+    up = np.linspace(0, 10, 11)
+    torque = np.tile(np.concatenate([up, up[-2::-1]]), 2)
+    run = np.repeat([1, 2], len(torque) // 2)
+    curve = {"squared_arcsec": 0.0, "cubed_arcsec": 30.0, "reference_torque_Nm": 10.0}
+    friction = {"friction_torque_Nm": 0.6, "engagement_angle_arcsec": 5.0}
+    case = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 5.0},
+        "uncertainty": {"contact_stiffness_rel": 0.1},
+        "measurement": {"zero": "per_run"},
+    }
+    effects = [{"id": "friction_hysteresis"} | friction, {"id": "stiffness_curve"} | curve]
+    plan = {"run": run, "torque_Nm": torque, "elastic_angle_arcsec": 0.0 * run}
+    fresh = cbpt.read_readings(plan, need_preload=False)  # without a clock each begins at rest
+    made = cbpt.simulate(case | {"effect": effects}, fresh, seed=4, u_elastic_angle_arcsec=1.0)
+    measured = {
+        "elastic_angle_arcsec": made.elastic_angle_arcsec,
+        "time_s": 2.0 * np.arange(len(run)),
+        "u_elastic_angle_arcsec": np.full(len(run), 1.0),
+    }
+    readings = cbpt.read_readings(plan | measured, need_preload=False)
+    campaign, [note] = with_its_history(Campaign.of(cbpt.Case.from_dict(case), readings))
+    assert campaign.history == "anew" and "starts anew at each run" in note

@@ -8,10 +8,10 @@ Where a run begins as the one before it ended, a real reducer keeps the friction
 (loops that were cut into runs), unless it was released, reassembled or stood for long in between.
 The clocks of the runs should say which: one that starts again says that the reducer was at rest.
 Many rigs start a clock with each file all the same, and others release the reducer and let the
-clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play,
-which is as large as its loops: friction alone would take it for a start of its own. There a single
-loop is asked as well whether it was the first one: a ball drive turns little, so little of its loop
-is a first loading, and the question is not worth its time.
+clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play
+and a stiffness that bends, which are as large as its loops: friction alone would take them for a
+start of its own. There a single loop is asked as well whether it was the first one: a ball drive
+turns little, so little of its loop is a first loading, and the question is not worth its time.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
+_OF_LOOPS = _PLAY, "stiffness_curve"
+"""What bends the loops of a torsion spring beside friction."""
 _NOTES = {
     "anew": "runs begin where the ones before them ended, but the readings show friction that "
     "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
@@ -115,8 +117,8 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
 
 
 def _log_evidence(campaign: Campaign) -> float:
-    """Of friction in its best form, of a torsion spring beside play."""
-    effects = [_FRICTION, _PLAY] if campaign.drive.kind == "torsion_spring" else [_FRICTION]
+    """Of friction in its best form, of a torsion spring beside what bends its loops."""
+    effects = [_FRICTION, *(_OF_LOOPS if campaign.drive.kind == "torsion_spring" else ())]
     fitter = Fitter(campaign, [v for v in library_of(campaign, ()) if v.effect in effects])
     try:
         fits = fits_of_forms(fitter, effects)
