@@ -119,6 +119,7 @@ def test_a_torque_sensor_off_zero_is_no_nonlinear_angle_sensor() -> None:
         ("torque_hysteresis", "half_width_Nm", 0.12),
         ("preload_crosstalk", "crosstalk_force_N", 25.0),
         ("span_drift", "rate_per_K", 0.01),
+        ("torque_zero", "zero_drift_Nm_per_s", 1e-4),
     ],
 )
 def test_what_data_sheets_of_instruments_state_and_damping_are_no_friction(

@@ -38,6 +38,7 @@ pub enum Quantity {
     ForcePerLength,
     ForcePerTemperature,
     TorquePerAngle,
+    TorquePerTime,
     Mass,
     Inertia,
 }
@@ -76,7 +77,7 @@ pub struct Conversion {
 
 impl Quantity {
     /// Every quantity, in the order of [`all`].
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Number,
         Self::Length,
         Self::Angle,
@@ -96,6 +97,7 @@ impl Quantity {
         Self::ForcePerLength,
         Self::ForcePerTemperature,
         Self::TorquePerAngle,
+        Self::TorquePerTime,
         Self::Mass,
         Self::Inertia,
     ];
@@ -122,6 +124,7 @@ impl Quantity {
             Self::ForcePerLength => "force per length",
             Self::ForcePerTemperature => "force per temperature",
             Self::TorquePerAngle => "torque per angle",
+            Self::TorquePerTime => "torque per time",
             Self::Mass => "mass",
             Self::Inertia => "moment of inertia",
         }
@@ -149,6 +152,7 @@ impl Quantity {
             Self::ForcePerLength => FORCE_PER_LENGTH,
             Self::ForcePerTemperature => FORCE_PER_TEMPERATURE,
             Self::TorquePerAngle => TORQUE_PER_ANGLE,
+            Self::TorquePerTime => TORQUE_PER_TIME,
             Self::Mass => MASS,
             Self::Inertia => INERTIA,
         }
@@ -179,6 +183,7 @@ impl Quantity {
             Self::AnglePerTorque => "arcsec_per_Nm",
             Self::ForcePerLength => "N_per_um",
             Self::TorquePerAngle => "Nm_per_arcmin",
+            Self::TorquePerTime => "Nm_per_h",
             Self::Number
             | Self::Force
             | Self::Torque
@@ -539,6 +544,15 @@ const TORQUE_PER_ANGLE: &[Unit] = {
         R.per_turn("Nm_per_deg", 180, 1).written("N m/deg"),
         R.per_turn("Nm_per_arcmin", 10_800, 1).written("N m/arcmin"),
         R.per_turn("Nm_per_arcsec", ARCSECS, 1).written("N m/arcsec"),
+    ]
+};
+
+const TORQUE_PER_TIME: &[Unit] = {
+    const R: Of = Of(Quantity::TorquePerTime);
+    &[
+        R.tens("Nm_per_s", 0).written("N m/s"),
+        R.parts("Nm_per_min", 1, 60).written("N m/min"),
+        R.parts("Nm_per_h", 1, 3600).written("N m/h"),
     ]
 };
 

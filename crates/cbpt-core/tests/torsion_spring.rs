@@ -196,6 +196,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         | (_, "reference_deflection" | "clearance" | "offset_sine" | "offset_cosine") => 2e-5,
         (_, "friction_torque") => 3.0,
         (_, "zero_error") => 0.31,
+        (_, "zero_drift") => 6e-3,
         (_, "engagement_angle" | "slip_angle") => 2e-3,
         (_, "load_share") => 0.09,
         (_, "breakaway_share") => 0.4,

@@ -129,6 +129,7 @@ impl Quantity {
             Self::ForcePerLength => [-1.0, 1.0, 0.0, 0.0, 0.0],
             Self::ForcePerTemperature => [0.0, 1.0, 0.0, -1.0, 0.0],
             Self::TorquePerAngle => [1.0, 1.0, 0.0, 0.0, -1.0],
+            Self::TorquePerTime => [1.0, 1.0, -1.0, 0.0, 0.0],
             Self::Mass => [-1.0, 1.0, 2.0, 0.0, 0.0],
             Self::Inertia => [1.0, 1.0, 2.0, 0.0, 0.0],
         })

@@ -157,6 +157,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "contact_angle_shift_rad") => 0.02,
         (_, "torque_gain") => 1.05,
         (_, "zero_error_Nm") => 0.03,
+        (_, "zero_drift_Nm_per_s") => 2e-4,
         (_, "lag_s") => 0.02,
         (_, "preload_gain") => 0.95,
         (_, "sensor_gain") => 1.1,

@@ -353,10 +353,15 @@ def constant_frictions(torque_Nm: float) -> tuple[Variant, ...]:
     return (replace(loop, sizes=size, low=low, high=high, scaled=True, name="constant"),)
 
 
-def torque_zeros(torque_Nm: float) -> tuple[Variant, ...]:
-    """A zero error of 0.2 to 20 % of the largest torque."""
+def torque_zeros(torque_Nm: float, length_s: float | None) -> tuple[Variant, ...]:
+    """A zero error of 0.2 to 20 % of the largest torque, from the first reading on or at the end of
+    the table's time."""
     low, high = 0.002 * torque_Nm, 0.2 * torque_Nm
-    return (Variant("torque_zero", ("zero_error_Nm",), low, high, signed=True, scaled=True),)
+    stays = Variant("torque_zero", ("zero_error_Nm",), low, high, signed=True, scaled=True)
+    if not length_s:
+        return (stays,)
+    rate = "torque_zero", ("zero_drift_Nm_per_s",), low / length_s, high / length_s
+    return stays, Variant(*rate, signed=True, scaled=True, needs="time_s", name="drifting")
 
 
 def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:

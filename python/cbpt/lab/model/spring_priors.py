@@ -69,7 +69,7 @@ def _forms_of(
             *(constant_frictions(torque) if several else ()),
             *soft_plays(torque),
             *joints(torque),
-            *torque_zeros(torque),
+            *torque_zeros(torque, _length_s(campaign)),
             *warm_ups(_length_s(campaign), 0.1 * ARCSEC, 30.0 * ARCSEC),
             *_of_instruments(campaign, torque),
             *_rate_frictions(campaign),
@@ -83,7 +83,7 @@ def _forms_of(
     further = (
         *_on_request(campaign),
         *_of_instruments(campaign, torque),
-        *torque_zeros(torque),
+        *torque_zeros(torque, _length_s(campaign)),
         _shift(angle / torque),
     )
     return *proposed, *(
