@@ -198,3 +198,23 @@ def test_a_wrong_reading_at_the_end_of_a_loop_is_no_curve(place: int) -> None:
     found = cbpt.diagnose(CASE, replace(readings, elastic_angle_arcsec=angle))
     assert found.verdict.effects == () and found.verdict.rivals == (), found.sentence
     assert "outliers" in found.verdict.noise
+
+
+def test_zeros_of_runs_that_the_table_does_not_number_are_none_of_the_drive() -> None:
+    """Each run at an input angle of its own: a runout, a tilt or an unknown effect took them."""
+    rng = np.random.default_rng(5)
+    runs = TABLE.run_index.max() + 1
+    angle = cbpt.simulate(CASE, TABLE, seed=2, u_elastic_angle_arcsec=U_ARCSEC).elastic_angle_arcsec
+    turned = np.linspace(0.0, 300.0, runs)[TABLE.run_index]
+    assert TABLE.time_s is not None and TABLE.preload_N is not None
+    table = {
+        "time_s": TABLE.time_s + 4000.0 * TABLE.run_index,
+        "torque_Nm": TABLE.torque_Nm,
+        "preload_N": TABLE.preload_N,
+        "input_angle_deg": turned,
+        "elastic_angle_arcsec": angle + 3 * rng.standard_normal(runs)[TABLE.run_index],
+        "u_elastic_angle_arcsec": np.full(len(angle), U_ARCSEC),
+    }
+    verdict = cbpt.diagnose(CASE, table).verdict
+    said = {*verdict.effects, *(e for group in verdict.rivals for e in group)}
+    assert "run_offset" in said and set(verdict.effects) <= {"run_offset"}

@@ -37,6 +37,7 @@ from cbpt.lab.readings.headers import (
 from cbpt.lab.readings.in_memory import read_columns
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.remarks import are_levels, remarks, taken_together
+from cbpt.lab.readings.stretches import stretches
 from cbpt.lab.readings.text import Column, Loaded, Table
 
 __all__ = ["Readings", "read_readings"]
@@ -158,7 +159,6 @@ _COLUMNS = {quantity.column: quantity.key for quantity in CONTRACT}
 _POSITIVE = {"preload", "u_elastic_angle", "u_sensor_displacement"}
 _SENSOR = {"sensor_displacement": "elastic_angle", "u_sensor_displacement": "u_elastic_angle"}
 _WITHOUT = {
-    "run": "all rows are treated as one run, so differences between runs cannot be detected",
     "time": "the rows are used in file order, and drift and creep cannot be detected",
     # Where the model needs a preload, a table without one is a mistake; where not, nothing is lost.
     "preload": "",
@@ -229,7 +229,7 @@ class _Reader:
             self.check_levels(self.by, loaded.columns[kept[self.by]], loaded.lines)
         self.stop_if_wrong()  # what follows needs whole columns
         values = {key: self.in_own_unit(use, loaded) for key, use in uses.items()}
-        labels = self.labels(loaded.columns[run.index]) if run else np.ones(len(loaded.lines), int)
+        labels = self.labels(loaded.columns[run.index]) if run else self.runs_of(values)
         extra = self.extra(uses, loaded, set(kept.values()))
         readings = self.build(values, labels, extra, loaded.lines)
         readings = dataclasses.replace(
@@ -490,6 +490,21 @@ class _Reader:
         return found
 
     # --- the readings ---------------------------------------------------------------------
+
+    def runs_of(self, values: dict[str, Floats]) -> NDArray[Any]:
+        """Labels where the table has none."""
+        without = "the table has no run column: "
+        set_up = [values[key] for key in ("preload", "input_angle") if key in values]
+        found = stretches(set_up) if set_up else None
+        if found is None:
+            without += "all rows are treated as one run, so differences between runs cannot be"
+            self.notes.append(f"{without} detected")
+            return np.ones(len(values["torque"]), dtype=np.int64)
+        self.notes.append(
+            f"{without}each stretch at one preload and one input angle is taken as a run, "
+            f"{found[-1]} in all"
+        )
+        return found
 
     def build(
         self, values: dict[str, Floats], run: NDArray[Any], extra: dict[str, Floats], line: Ints

@@ -24,8 +24,8 @@ class Readings:
     """n readings in the order of the file, by time within a run; every array is read-only.
 
     Units are those of the names; arrays are float64 of shape (n,) unless said. A column that the
-    table does not have is None, but for `run` (then all 1) and `input_angle_deg` (then all 0);
-    `notes` say what can no longer be told without it.
+    table does not have is None, but for `run` (then stretches at one preload and input angle, or
+    all 1) and `input_angle_deg` (then all 0); `notes` say what can no longer be told without it.
 
     run: labels, int64 or str; run_index: int64, 0 for the first run of the table, then 1, ...
     u_elastic_angle_arcsec: standard uncertainty (k = 1).
