@@ -60,15 +60,25 @@ def test_a_form_is_fitted_where_it_is_asked_for(effect: str) -> None:
 
 
 def test_no_diagnosis_proposes_them() -> None:
+    """But for a stop near the end of the torques, and friction by the rate where there are times,
+    as a late torque sensor looks like it."""
     assert set(HIDDEN) == set(ON_REQUEST)
-    """But for friction by the rate where there are times, as a late torque sensor looks like it."""
     timeless = {k: column for k, column in table("hard_stop").items() if k != "time_s"}
-    for data, proposed in ((timeless, set[str]()), (table("hard_stop"), {"rate_friction"})):
+    for data, proposed in (
+        (timeless, {"hard_stop"}),
+        (table("hard_stop"), {"rate_friction", "hard_stop"}),
+    ):
         campaign = campaign_of(cbpt.Case.from_dict(CASE), cbpt.compare(CASE, data).readings, ())
         assert {v.effect for v in Fitter(campaign).variants} & set(ON_REQUEST) == proposed
         asked = Fitter(campaign, asked=["hard_stop"])
         wanted = proposed | {"hard_stop"}
         assert {v.effect for v in asked.variants} & set(ON_REQUEST) == wanted
+
+
+def test_a_diagnosis_finds_a_stop_at_the_end_of_a_spring() -> None:
+    """It was a stiffer spring with a joint that reaches its stop."""
+    verdict = cbpt.diagnose(CASE, table("hard_stop")).verdict
+    assert (verdict.kind, verdict.effects) == ("effect", ("hard_stop",))
 
 
 def test_a_lag_of_the_torque_is_fitted_to_a_spring_where_it_is_asked_for() -> None:

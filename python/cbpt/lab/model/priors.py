@@ -270,8 +270,9 @@ _TABLE: tuple[Variant, ...] = (
 VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
 ON_REQUEST = ("distributed_friction", "rate_friction", "breakaway_friction", "hard_stop")
 """Effects that are fitted where the user asks for them; no diagnosis proposes them, but for
-`rate_friction` of ball drives, which a lag of the torque would else be named for. What that rests
-on: docs/explanation/loop-forms.md."""
+`rate_friction`, which a lag of the torque would else be named for, and the `hard_stop` of a torsion
+spring, for which a stiffer one with a joint would. What that rests on:
+docs/explanation/loop-forms.md."""
 
 
 def lots(balls: int) -> tuple[Variant, ...]:

@@ -75,7 +75,8 @@ def _forms_of(
             *_rate_frictions(campaign),
         )
     else:
-        proposed = tuple(_of_spring(campaign))
+        wide = {"hard_stop"}.intersection(asked)  # in the range of what is asked for
+        proposed = tuple(v for v in _of_spring(campaign) if v.effect not in wide)
     offered = {v.effect for v in proposed}
     if all(a.partition(":")[0] in offered for a in asked):
         return proposed
@@ -176,8 +177,12 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
             swings = 4 * angle / max(_longest_run(campaign), 1e-9)
             rate = _ranged("reference_rate_rad_per_s", swings, 1e-2, 1e2, (0.1, 1.0, 10.0))
             yield _with(_of("rate_friction", (size,), unit, 1e-3, 0.7), (rate,), name, "time_s")
-    stop = _ranged("stop_torque_Nm", torque, 0.05, 0.98, (0.2, 0.4, 0.6, 0.8))
-    yield _with(_of("hard_stop", ("taken_share",), 1.0, 0.02, 1.0), (stop,))
+    yield _hard_stop(torque, 0.05, (0.2, 0.4, 0.6, 0.8))
+
+
+def _hard_stop(torque: float, low: float, grid: tuple[float, ...]) -> Variant:
+    stop = _ranged("stop_torque_Nm", torque, low, 0.98, grid)
+    return _with(_of("hard_stop", ("taken_share",), 1.0, 0.02, 1.0), (stop,))
 
 
 def _frictions(campaign: Campaign, torque: float, angle: float) -> Iterator[Variant]:
@@ -229,6 +234,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)
     yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
     yield from _run_ins(angle)
+    # Nearer to zero torque a softer spring with a stop is a play.
+    yield _hard_stop(torque, 0.4, (0.5, 0.65, 0.8))
     if readings.time_s is not None:
         length = _length_s(campaign) or 1.0
         run = max(_longest_run(campaign), 1e-3 * length)
