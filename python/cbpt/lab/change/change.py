@@ -153,7 +153,8 @@ def change(
             case, dict(zip(names, parts, strict=True)), effects, seed, tell
         )
         campaigns, histories = with_their_history(
-            [prepared(campaign_of(case, part, own))[0] for part in parts]
+            [prepared(campaign_of(case, part, own))[0] for part in parts],
+            None if effects is None else ids[0],
         )
         told = part_of(tell, _DIAGNOSED, _FITTED)
         of_levels = dict(zip(names, campaigns, strict=True))

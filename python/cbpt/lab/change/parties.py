@@ -141,7 +141,11 @@ def _levels(fitters: Sequence[Fitter], fits: Sequence[Fit], forms: tuple[Variant
 def forms_of(levels: Levels, effects: Sequence[str]) -> tuple[Variant, ...]:
     """The forms that some effects may have at all levels, without what their tables cannot show."""
     campaigns = [party.problem.campaign for party in levels.parties]
-    library = library_of(_longest(campaigns), effects, campaigns)
+    longest = _longest(campaigns)
+    # What a diagnosis proposes has the range that it is proposed in.
+    proposed = {v.effect for v in library_of(longest, (), campaigns)}
+    asked = [effect for effect in effects if effect not in proposed]
+    library = library_of(longest, asked, campaigns)
     offered = [Fitter(campaign, library).variants for campaign in campaigns]
     everywhere = set.intersection(*({v.label for v in variants} for variants in offered))
     return tuple(v for v in library if v.effect in effects and v.label in everywhere)

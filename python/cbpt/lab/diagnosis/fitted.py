@@ -259,7 +259,7 @@ def fit(
         case = Case.from_toml(case.to_toml())
     with one_blas_thread():
         campaign, notes = prepared(campaign_of(case, readings, own))
-        campaign, told = with_its_history(campaign)
+        campaign, told = with_its_history(campaign, ids)
         notes += told
         fitter = Fitter(campaign, asked=ids)
         names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))

@@ -10,8 +10,10 @@ The clocks of the runs should say which: one that starts again says that the red
 Many rigs start a clock with each file all the same, and others release the reducer and let the
 clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play
 and a stiffness that bends, which are as large as its loops: friction alone would take them for a
-start of its own. There a single loop is asked as well whether it was the first one: a ball drive
-turns little, so little of its loop is a first loading, and the question is not worth its time.
+start of its own. Where somebody names what is fitted, the history is that of what is named, and
+without the latter if it is not. Of a spring a single loop is asked as well whether it was the first
+one: a ball drive turns little, so little of its loop is a first loading, and the question is not
+worth its time.
 """
 
 from __future__ import annotations
@@ -32,8 +34,7 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_OF_LOOPS = _PLAY, "stiffness_curve"
-"""What bends the loops of a torsion spring beside friction."""
+_CURVE = "stiffness_curve"
 _NOTES = {
     "anew": "runs begin where the ones before them ended, but the readings show friction that "
     "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
@@ -46,20 +47,25 @@ _NOTES = {
 }
 
 
-def with_its_history(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """The campaign, and a note where it is not as its clocks say."""
-    [found], [note] = with_their_history([campaign])
+def with_its_history(
+    campaign: Campaign, named: Sequence[str] | None = None
+) -> tuple[Campaign, list[str]]:
+    """The campaign, and a note where it is not as its clocks say. named: effects that are fitted;
+    None where they are searched."""
+    [found], [note] = with_their_history([campaign], named)
     return found, [note] if note else []
 
 
-def with_their_history(campaigns: Sequence[Campaign]) -> tuple[list[Campaign], list[str]]:
+def with_their_history(
+    campaigns: Sequence[Campaign], named: Sequence[str] | None = None
+) -> tuple[list[Campaign], list[str]]:
     """The campaigns, and of each a note as above, empty where it is as its clocks say.
 
     All have the history that they follow best together, as readings of one campaign may hardly tell
     and are then not to differ from the others by it; but for those whose readings tell another one:
     each begins after a past of its own.
     """
-    known = [_histories(campaign) for campaign in campaigns]
+    known = [_histories(campaign, named) for campaign in campaigns]
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]
     }
@@ -85,7 +91,7 @@ def notes_of_levels(names: Sequence[str], notes: Sequence[str]) -> list[str]:
     return told
 
 
-def _histories(campaign: Campaign) -> dict[History, tuple[float, str]]:
+def _histories(campaign: Campaign, named: Sequence[str] | None) -> dict[History, tuple[float, str]]:
     """The log evidence of each history over that of the clocks, and what it says beside them."""
     found: dict[History, tuple[float, str]] = {"by clock": (0.0, "")}
     of_clocks: float | None = None
@@ -94,8 +100,8 @@ def _histories(campaign: Campaign) -> dict[History, tuple[float, str]]:
         other = replace(campaign, history=history)
         note, gained = _what_differs(other, campaign), 0.0
         if note:
-            of_clocks = _log_evidence(campaign) if of_clocks is None else of_clocks
-            gained = _log_evidence(other) - of_clocks
+            of_clocks = _log_evidence(campaign, named) if of_clocks is None else of_clocks
+            gained = _log_evidence(other, named) - of_clocks
         # Where neither has a solution, nothing is gained.
         found[history] = (0.0 if np.isnan(gained) else gained), note
     return found
@@ -116,9 +122,11 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
     return _NOTES["repeated"] if spring and here.runs_repeated_before else ""
 
 
-def _log_evidence(campaign: Campaign) -> float:
+def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:
     """Of friction in its best form, of a torsion spring beside what bends its loops."""
-    effects = [_FRICTION, *(_OF_LOOPS if campaign.drive.kind == "torsion_spring" else ())]
+    effects = [_FRICTION]
+    if campaign.drive.kind == "torsion_spring":
+        effects += [_PLAY, *([_CURVE] if named is None or _CURVE in named else [])]
     fitter = Fitter(campaign, [v for v in library_of(campaign, ()) if v.effect in effects])
     try:
         fits = fits_of_forms(fitter, effects)
