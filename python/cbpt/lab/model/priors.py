@@ -299,20 +299,17 @@ def no_quicker(variant: Variant, step_s: float) -> Variant | None:
     return replace(variant, shapes=tuple(shapes))
 
 
-_HAIR = 1e-12
-
-
 def within_limits(variant: Variant) -> Variant | None:
     """A form whose ranges are no wider than what its equation takes, None where nothing is left: a
     range that comes from the table may go beyond, as that of a time over years does."""
-    known = _PARAMETERS.get(variant.effect, {})
+    known, hair = _PARAMETERS.get(variant.effect, {}), 1e-12
     shapes: list[Shape] = []
     for shape in variant.shapes:
         limits = known.get(shape.name)
         if limits is not None:
             # A hair within: what is searched in logarithms comes back but for rounding.
-            low = max(shape.low, limits.lower * (1 + _HAIR))
-            high = min(shape.high, limits.upper * (1 - _HAIR))
+            low = max(shape.low, limits.lower * (1 + hair))
+            high = min(shape.high, limits.upper * (1 - hair))
             if low >= high:
                 return None
             grid = dict.fromkeys(min(max(at, low), high) for at in shape.grid)

@@ -493,17 +493,19 @@ class _Reader:
 
     def runs_of(self, values: dict[str, Floats]) -> NDArray[Any]:
         """Labels where the table has none."""
-        without = "the table has no run column: "
         set_up = [values[key] for key in ("preload", "input_angle") if key in values]
         found = stretches(set_up) if set_up else None
         if found is None:
-            without += "all rows are treated as one run, so differences between runs cannot be"
-            self.notes.append(f"{without} detected")
-            return np.ones(len(values["torque"]), dtype=np.int64)
-        self.notes.append(
-            f"{without}each stretch at one preload and one input angle is taken as a run, "
-            f"{found[-1]} in all"
-        )
+            found = np.ones(len(values["torque"]), dtype=np.int64)
+            taken = (
+                "all rows are treated as one run, so differences between runs cannot be detected"
+            )
+        else:
+            taken = (
+                "each stretch at one preload and one input angle is taken as a run, "
+                f"{found[-1]} in all"
+            )
+        self.notes.append(f"the table has no run column: {taken}")
         return found
 
     def build(

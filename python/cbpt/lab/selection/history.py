@@ -34,7 +34,6 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_CURVE = "stiffness_curve"
 _NOTES = {
     "anew": "runs begin where the ones before them ended, but the readings show friction that "
     "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
@@ -124,9 +123,9 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
 
 def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:
     """Of friction in its best form, of a torsion spring beside what bends its loops."""
-    effects = [_FRICTION]
+    effects, curve = [_FRICTION], "stiffness_curve"
     if campaign.drive.kind == "torsion_spring":
-        effects += [_PLAY, *([_CURVE] if named is None or _CURVE in named else [])]
+        effects += [_PLAY, *([curve] if named is None or curve in named else [])]
     fitter = Fitter(campaign, [v for v in library_of(campaign, ()) if v.effect in effects])
     try:
         fits = fits_of_forms(fitter, effects)
