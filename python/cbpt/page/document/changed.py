@@ -81,7 +81,7 @@ def _open(found: Change, names: tuple[str, str]) -> list[OpenChange]:
         if effect in found.runs_differ:
             why = "runs with the same torques do not agree on it"
         elif effect in found.hidden:
-            why = "it is no more than what no fitted effect follows"
+            why = "it is within its uncertainty, or smaller than the misfit that remains"
         rows.append({"effect": effect, "probability": chance, "why": why})
     for effect, levels in found.not_shown.items():
         tables = listed([names[found.levels.index(level)] for level in levels])
