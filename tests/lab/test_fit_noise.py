@@ -134,6 +134,18 @@ def test_a_single_reading_a_run_has_no_structure() -> None:
     assert noise.numbers == 0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_columns_that_are_alike_and_the_same_all_along_each_run_are_no_error(seed: int) -> None:
+    """Beside large offsets of the runs no more is left of them than rounding."""
+    rng = np.random.default_rng(seed)
+    rows, alike = Rows.of(np.repeat(np.arange(84), 3)), np.repeat(rng.standard_normal(84), 3)
+    x = np.column_stack([alike, 3.7 * alike, 1.09 * alike, np.ones(252)])
+    y = 20 * np.repeat(rng.standard_normal(84), 3) + rng.standard_normal(252)
+    noise, value = fit_noise(Linear(y, x, np.zeros(4)), np.ones(252), rows, Noise())
+    assert noise.offset_arcsec > 5
+    assert np.isfinite(value)
+
+
 @pytest.mark.parametrize("noise", [Noise(1.4), Noise(0.8, 0.6), Noise(1.2, 0.0, 0.9)])
 def test_the_value_is_the_dense_likelihood_less_its_price(noise: Noise) -> None:
     rng = np.random.default_rng(4)

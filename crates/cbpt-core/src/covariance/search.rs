@@ -39,7 +39,7 @@ pub struct Found {
 pub enum Failed<E> {
     /// There are no products of columns.
     Products(E),
-    /// The covariance or the linear problem of some noise is not positive.
+    /// The covariance or the linear problem of white noise is not positive.
     NotPositive,
 }
 
@@ -76,7 +76,7 @@ impl<W: Whitened> Task<'_, W> {
     pub fn solve(&self, start: [f64; 3], structures: bool) -> Rated<W::Error> {
         let [scale, correlation, offset] = start;
         let search = Search { task: self, start_scale: scale };
-        let white = search.rated(0.0, 0.0)?;
+        let white = search.tried(0.0, 0.0)?;
         if !structures || self.runs >= self.readings {
             return Ok(white);
         }
@@ -97,8 +97,21 @@ struct Search<'a, W> {
 type Rated<E> = Result<Found, Failed<E>>;
 
 impl<W: Whitened> Search<'_, W> {
-    /// A correlation and offsets, these for a scale of 1, at the scale that suits them.
+    /// A correlation and offsets, these for a scale of 1, at the scale that suits them. Where they leave no more of the columns
+    /// than rounding, as of columns that are the same all along each run beside large offsets, the readings say nothing of them:
+    /// the likelihood is 0.
     fn rated(&self, correlation: f64, offset: f64) -> Rated<W::Error> {
+        match self.tried(correlation, offset) {
+            Err(Failed::NotPositive) => {
+                let scale = self.start_scale;
+                Ok(Found { scale, correlation, offset: offset * scale, value: f64::NEG_INFINITY })
+            }
+            found => found,
+        }
+    }
+
+    /// The same, or that the linear problem is not positive.
+    fn tried(&self, correlation: f64, offset: f64) -> Rated<W::Error> {
         let correlation = correlation.min(self.task.most_correlation);
         let (first, balanced) = self.at(self.start_scale, correlation, offset)?;
         let near = (balanced / self.start_scale - 1.0).abs() < 1e-3;
