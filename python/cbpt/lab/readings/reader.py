@@ -494,12 +494,13 @@ class _Reader:
     def runs_of(self, values: dict[str, Floats]) -> NDArray[Any]:
         """Labels where the table has none."""
         set_up = [values[key] for key in ("preload", "input_angle") if key in values]
-        found = stretches(set_up) if set_up else None
+        torque = values["torque"]
+        # Rows out of time order, or clocks that start anew, are for the user to say.
+        in_order = (np.diff(values.get("time", np.arange(len(torque)))) > 0).all()
+        found = stretches(set_up, torque) if set_up and in_order else None
         if found is None:
-            found = np.ones(len(values["torque"]), dtype=np.int64)
-            taken = (
-                "all rows are treated as one run, so differences between runs cannot be detected"
-            )
+            found = np.ones(len(torque), dtype=np.int64)
+            taken = "all rows are treated as one run, so differences between runs cannot be told"
         else:
             taken = (
                 "each stretch at one preload and one input angle is taken as a run, "

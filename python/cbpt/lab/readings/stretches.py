@@ -14,18 +14,26 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-FEWEST = 3
-"""Readings of a stretch: settings that change with nearly every reading are no runs."""
+SPAN = 0.4
+"""A stretch has a loop of its own if it spans at least this part of the torques of its table (one
+way from zero spans half),"""
+BEGIN = 0.1
+"""and begins within this part of them of where the first stretch begins."""
 
 
-def stretches(settings: Sequence[NDArray[np.float64]]) -> NDArray[np.int64] | None:
-    """Labels 1, 2, ... of shape (n,); None where there is one stretch, or where some are short.
+def stretches(
+    settings: Sequence[NDArray[np.float64]], torque_Nm: NDArray[np.float64]
+) -> NDArray[np.int64] | None:
+    """Labels 1, 2, ... of shape (n,); None where there is one stretch, or where some have no loop
+    of their own: settings that change at each torque, or are measured, are no runs.
 
     settings: columns of shape (n,) that are set for a run.
     """
     changed = np.any([np.diff(column) != 0 for column in settings], axis=0)
     starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    lengths = np.diff(np.append(starts, len(changed) + 1))
-    if len(starts) < 2 or lengths.min() < FEWEST:
+    most, least = (of.reduceat(torque_Nm, starts) for of in (np.maximum, np.minimum))
+    spans, begins = most - least, torque_Nm[starts]
+    apart, all_ = np.abs(begins - begins[0]), np.ptp(torque_Nm)
+    if len(starts) < 2 or spans.min() < SPAN * all_ or apart.max() > BEGIN * all_:
         return None
-    return np.repeat(np.arange(1, len(starts) + 1), lengths)
+    return np.repeat(np.arange(1, len(starts) + 1), np.diff(np.append(starts, len(torque_Nm))))
