@@ -129,11 +129,14 @@ impl<'a, 'py, T: Element + Named> FromPyObject<'a, 'py> for Argument<'py, T> {
 pub struct Matrix<'py>(PyReadonlyArray2<'py, f64>);
 
 impl Matrix<'_> {
-    /// A copy.
+    /// A copy, column by column.
     pub fn matrix(&self) -> DMatrix<f64> {
         let view = self.0.as_array();
         let (rows, columns) = view.dim();
-        DMatrix::from_row_iterator(rows, columns, view.iter().copied())
+        match view.t().as_slice() {
+            Some(in_order) => DMatrix::from_column_slice(rows, columns, in_order),
+            None => DMatrix::from_row_iterator(rows, columns, view.iter().copied()),
+        }
     }
 
     /// A copy, row by row.

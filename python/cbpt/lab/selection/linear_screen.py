@@ -191,8 +191,9 @@ class Stack:
         columns = np.column_stack([s.columns for s in self.signatures])
         self.finite = np.isfinite(columns).all(axis=0)
         """Of each column."""
-        self.columns = np.where(self.finite, columns, 0.0)
-        """Shape (n, columns); 0 where one is not finite."""
+        self.columns = np.asfortranarray(np.where(self.finite, columns, 0.0))
+        """Shape (n, columns), 0 where one is not finite; column by column in memory, as whitening
+        takes them."""
         self.narrow = np.array([not v.spread for v in variants])
         """Whether it is no lot of balls."""
         high = [5.0 if v.spread else v.high / v.low for v in variants]
