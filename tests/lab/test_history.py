@@ -187,19 +187,28 @@ def test_a_first_loading_is_no_change() -> None:
     assert any(note.startswith("before, unlike after: the readings show") for note in answer.notes)
 
 
-def test_a_stiffness_that_bends_hides_no_start_from_rest() -> None:
+@pytest.mark.parametrize(
+    ("bends", "numbers", "named"),
+    [
+        ("stiffness_curve", {"cubed_arcsec": 30.0, "reference_torque_Nm": 10.0}, False),
+        ("hard_stop", {"taken_share": 0.5, "stop_torque_Nm": 6.0}, False),
+        ("hard_stop", {"taken_share": 0.5, "stop_torque_Nm": 6.0}, True),
+    ],
+)
+def test_a_stiffness_that_bends_hides_no_start_from_rest(
+    bends: str, numbers: dict[str, float], named: bool
+) -> None:
     """Friction alone follows the curve better where earlier loops have left some."""
     up = np.linspace(0, 10, 11)
     torque = np.tile(np.concatenate([up, up[-2::-1]]), 2)
     run = np.repeat([1, 2], len(torque) // 2)
-    curve = {"squared_arcsec": 0.0, "cubed_arcsec": 30.0, "reference_torque_Nm": 10.0}
     friction = {"friction_torque_Nm": 0.6, "engagement_angle_arcsec": 5.0}
     case = {
         "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 5.0},
         "uncertainty": {"contact_stiffness_rel": 0.1},
         "measurement": {"zero": "per_run"},
     }
-    effects = [{"id": "friction_hysteresis"} | friction, {"id": "stiffness_curve"} | curve]
+    effects = [{"id": "friction_hysteresis"} | friction, {"id": bends} | numbers]
     plan = {"run": run, "torque_Nm": torque, "elastic_angle_arcsec": 0.0 * run}
     fresh = cbpt.read_readings(plan, need_preload=False)  # without a clock each begins at rest
     made = cbpt.simulate(case | {"effect": effects}, fresh, seed=4, u_elastic_angle_arcsec=1.0)
@@ -209,5 +218,6 @@ def test_a_stiffness_that_bends_hides_no_start_from_rest() -> None:
         "u_elastic_angle_arcsec": np.full(len(run), 1.0),
     }
     readings = cbpt.read_readings(plan | measured, need_preload=False)
-    campaign, [note] = with_its_history(Campaign.of(cbpt.Case.from_dict(case), readings))
-    assert campaign.history == "anew" and "starts anew at each run" in note
+    campaign = Campaign.of(cbpt.Case.from_dict(case), readings)
+    found, [note] = with_its_history(campaign, ["friction_hysteresis", bends] if named else None)
+    assert found.history == "anew" and "starts anew at each run" in note

@@ -10,8 +10,8 @@ The clocks of the runs should say which: one that starts again says that the red
 Many rigs start a clock with each file all the same, and others release the reducer and let the
 clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play
 and a stiffness that bends, which are as large as its loops: friction alone would take them for a
-start of its own. Where somebody names what is fitted, the history is that of what is named, and
-without the latter if it is not. Of a spring a single loop is asked as well whether it was the first
+start of its own. Where somebody names what is fitted, a stiffness that bends, or ends at a stop, is
+asked beside it if it is named. Of a spring a single loop is asked as well whether it was the first
 one: a ball drive turns little, so little of its loop is a first loading, and the question is not
 worth its time.
 """
@@ -34,6 +34,9 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
+_BENDS = ("stiffness_curve", "hard_stop")
+"""What bends the loops of a torsion spring on their way up and down alike. Where effects are
+searched the first stands for the second, too."""
 _NOTES = {
     "anew": "runs begin where the ones before them ended, but the readings show friction that "
     "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
@@ -123,10 +126,10 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
 
 def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:
     """Of friction in its best form, of a torsion spring beside what bends its loops."""
-    effects, curve = [_FRICTION], "stiffness_curve"
+    effects = [_FRICTION]
     if campaign.drive.kind == "torsion_spring":
-        effects += [_PLAY, *([curve] if named is None or curve in named else [])]
-    fitter = Fitter(campaign, [v for v in library_of(campaign, ()) if v.effect in effects])
+        effects += [_PLAY, *(_BENDS[:1] if named is None else (b for b in _BENDS if b in named))]
+    fitter = Fitter(campaign, [v for v in library_of(campaign, effects) if v.effect in effects])
     try:
         fits = fits_of_forms(fitter, effects)
     except InvalidInputError:
