@@ -135,6 +135,17 @@ def test_what_data_sheets_of_instruments_state_and_damping_are_no_friction(
     assert fitted["value"] == pytest.approx(value, abs=3 * fitted["u"])
 
 
+@pytest.mark.parametrize("zero_error_Nm", [-0.12, 0.12])
+def test_a_zero_error_that_drifts_is_one_effect(zero_error_Nm: float) -> None:
+    hidden = {"zero_error_Nm": zero_error_Nm, "zero_drift_Nm_per_s": 1e-4}
+    readings = cbpt.simulate(CASE, TABLE, effects=[("torque_zero", hidden)], seed=1)
+    found = cbpt.diagnose(CASE, readings)
+    assert (found.verdict.effects, found.verdict.rivals) == (("torque_zero",), ())
+    fitted = found.parameters(found.after, "torque_zero")
+    for name, value in hidden.items():
+        assert fitted[name]["value"] == pytest.approx(value, abs=3 * fitted[name]["u"])
+
+
 def test_a_load_behind_friction_of_the_rig_is_told_beside_friction_of_the_drive() -> None:
     """At four preloads nothing tells it from friction that none of them changes."""
     behind = ("torque_hysteresis", {"half_width_Nm": -0.12})

@@ -352,14 +352,17 @@ def constant_frictions(torque_Nm: float) -> tuple[Variant, ...]:
 
 
 def torque_zeros(torque_Nm: float, length_s: float | None) -> tuple[Variant, ...]:
-    """A zero error of 0.2 to 20 % of the largest torque, from the first reading on or at the end of
-    the table's time."""
+    """A zero error of 0.2 to 20 % of the largest torque: from the first reading on, at the end of
+    the table's time, or both."""
     low, high = 0.002 * torque_Nm, 0.2 * torque_Nm
     stays = Variant("torque_zero", ("zero_error_Nm",), low, high, signed=True, scaled=True)
     if not length_s:
         return (stays,)
-    rate = "torque_zero", ("zero_drift_Nm_per_s",), low / length_s, high / length_s
-    return stays, Variant(*rate, signed=True, scaled=True, needs="time_s", name="drifting")
+    sizes = "zero_error_Nm", "zero_drift_Nm_per_s"
+    drifts = replace(stays, needs="time_s", name="drifting")
+    from_nothing = replace(drifts, sizes=sizes[1:], low=low / length_s, high=high / length_s)
+    further = replace(drifts, sizes=sizes, ratios=(1.0, 1 / length_s), name="an error that drifts")
+    return stays, from_nothing, further
 
 
 def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:
