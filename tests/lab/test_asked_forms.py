@@ -11,6 +11,7 @@ import cbpt
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.priors import ON_REQUEST
+from cbpt.lab.model.spring_priors import library_of
 
 CASE = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 2000.0}}
 NOISE_rad = 2e-5
@@ -94,6 +95,25 @@ def test_a_lag_of_the_torque_is_fitted_to_a_spring_where_it_is_asked_for() -> No
 def test_a_mistyped_one_is_helped() -> None:
     with pytest.raises(cbpt.InvalidInputError, match=r"Did you mean hard_stop\?"):
         cbpt.fit(CASE, table("hard_stop"), ["hard_stopp"])
+
+
+@pytest.mark.parametrize(
+    "effect", ["creep", "torque_lag", "rate_friction", "torque_zero:drifting", "span_drift"]
+)
+def test_the_column_that_one_needs_is_told(effect: str) -> None:
+    without = table("hard_stop")
+    del without["time_s"]
+    with pytest.raises(cbpt.ReadingsError, match=f"'time_s'.*{effect} depends on"):
+        cbpt.fit(CASE, without, [effect])
+
+
+def test_no_column_makes_an_effect_of_balls_one_of_a_spring() -> None:
+    with pytest.raises(cbpt.InvalidInputError, match="'thermal_preload' is not an effect"):
+        cbpt.fit(CASE, table("hard_stop"), ["thermal_preload"])
+    data = table("hard_stop") | {"preload_N": np.full(192, 600.0)}
+    campaign = campaign_of(cbpt.Case.from_dict(CASE), cbpt.read_readings(data), ())
+    offered = {v.effect for v in library_of(campaign, ["preload_crosstalk", "torque_hysteresis"])}
+    assert "preload_crosstalk" not in offered and "torque_hysteresis" in offered
 
 
 def test_a_change_in_one_is_found_where_it_is_asked_for() -> None:

@@ -267,5 +267,17 @@ def test_a_table_without_times_is_compared_with_one_that_has_them(
 def test_an_effect_over_time_is_not_fitted_to_a_table_without_times() -> None:
     timed, bare = level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 150.0, seed=2)
     del bare["time_s"]
-    with pytest.raises(cbpt.ReadingsError, match=r"'time_s': .*the column that creep depends on"):
-        cbpt.change(CASE, timed, bare, effects=[FRICTION, "creep"])
+    bare["torque_Nm"] = 1.01 * bare["torque_Nm"]  # ranges are those of the larger torque
+    for tables in ([timed, bare], [bare, timed]):
+        with pytest.raises(cbpt.ReadingsError, match=r"'time_s': .*column that creep depends on"):
+            cbpt.change(CASE, *tables, effects=[FRICTION, "creep"])
+
+
+def test_a_table_without_preloads_is_compared_with_one_that_has_them() -> None:
+    """What stands in for a friction that changed does not follow a preload: it ended `change`."""
+    loaded = level(BOTH_WAYS, 150.0)
+    loaded["preload_N"] = np.full(len(loaded["torque_Nm"]), 600.0)
+    [changed] = cbpt.change(
+        CASE, loaded, level(BOTH_WAYS, 150.0, 2.0, seed=2), effects=[FRICTION]
+    ).changed
+    assert (changed.effect, changed.parameter) == (FRICTION, "friction_torque_Nm")

@@ -42,6 +42,12 @@ def test_creep_over_years_is_fitted() -> None:
     assert fitted.after.rmse_arcsec < 10
 
 
+def test_creep_that_is_over_before_the_next_reading_is_refused() -> None:
+    table = read_from(WITH_FRICTION, LOOP, seconds_a_step=200 * DAY_S)
+    with pytest.raises(cbpt.InvalidInputError, match="is over sooner than the next reading"):
+        cbpt.fit(CASE, table, [FRICTION, "creep"])
+
+
 def test_ranges_end_where_the_equation_does() -> None:
     time = Shape("time_constant_s", 1e5, 1e9, (1e6, 1e8), log=True)
     creep = Variant("creep", ("compliance_rad_per_Nm",), 1e-9, 1e-6, shapes=(time,))

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cbpt._core import Case, Drive, OwnEffect
-from cbpt.errors import InvalidInputError, NoSolutionError
+from cbpt.errors import InvalidInputError, NoSolutionError, ReadingsError
 from cbpt.lab.change.answer import Change
-from cbpt.lab.change.demanded import demanded, support_of
+from cbpt.lab.change.demanded import demanded, not_of_all, support_of
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
@@ -229,7 +229,7 @@ def _fitted(
                 try:
                     found[ids] = levels_of(list(campaigns.values()), ids, forms)
                     break
-                except InvalidInputError as why:
+                except (InvalidInputError, ReadingsError) as why:
                     refused[ids] = _refused(campaigns, ids, forms, why, bool(support))
             least = min(ids, key=lambda effect: support.get(effect, 0.0))
             ids = tuple(effect for effect in ids if effect != least)
@@ -239,6 +239,11 @@ def _fitted(
         for ids, told in refused.items()
         if (out := [effect for effect in ids if effect not in fitted])
     ]
+    notes += [
+        f"{effect} is not fitted: readings of a level demand it, and the table of another one has "
+        "no column that shows it"
+        for effect in not_of_all(answers)
+    ]
     return [levels for levels in found.values() if levels is not None], notes
 
 
@@ -246,16 +251,19 @@ def _refused(
     campaigns: Mapping[str, Campaign],
     ids: Sequence[str],
     forms: Collection[str],
-    why: InvalidInputError,
+    why: InvalidInputError | ReadingsError,
     may_leave_out: bool,
 ) -> str:
-    """What to say of a set of effects that some levels do not show together. Raises what told so
-    where none or all of them do not, or where the effects were named."""
+    """What to say of a set of effects that some levels do not show together, or each otherwise.
+    Raises what told so where no level shows them, or where the effects were named."""
     blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
-    if len(blind) in (0, len(campaigns)):
+    if not blind and may_leave_out:
+        return f"no form of {listed(ids)} is one that the tables of all levels can show"
+    named = not may_leave_out
+    if len(blind) in (0, len(campaigns)) or (named and isinstance(why, ReadingsError)):
         raise why
     told = f"{listed(blind)}: the readings do not show {listed(ids)} together"
-    if not may_leave_out:
+    if named:
         raise InvalidInputError(
             f"{told}, which others show, so whether they changed cannot be told ({why}); load "
             f"{'it' if len(blind) == 1 else 'them'} as the others, or name effects to fit"
@@ -265,7 +273,7 @@ def _refused(
 
 def _shows(campaign: Campaign, effects: Sequence[str], forms: Collection[str]) -> bool:
     """Whether some effects can be fitted to a level alone."""
-    with suppress(InvalidInputError):
+    with suppress(InvalidInputError, ReadingsError):
         return levels_of([campaign], effects, forms) is not None
     return False
 

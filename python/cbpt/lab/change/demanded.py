@@ -1,7 +1,8 @@
 """Which effects are fitted at all levels where nobody names them.
 
-demanded    sets of effects, by the diagnoses of the levels
-support_of  how much the levels demand each effect
+demanded     sets of effects, by the diagnoses of the levels
+support_of   how much the levels demand each effect
+not_of_all   of these, those that the tables of some levels cannot show
 """
 
 from __future__ import annotations
@@ -44,6 +45,13 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
         top = sorted(joined, key=lambda names: -joined[names])[: _EFFORT.sets]
         sets = {names: joined[names] for names in top}
     return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
+
+
+def not_of_all(answers: Sequence[Diagnosis]) -> list[str]:
+    """Effects that some level demands and that the table of another one has no column for."""
+    known = [{v.effect for v in d.competition.fitter.variants} for d in answers]
+    wanted = {effect for d in answers for names in _options(d) for effect in names}
+    return sorted(effect for effect in wanted if not all(effect in some for some in known))
 
 
 def support_of(answers: Sequence[Diagnosis]) -> dict[str, float]:

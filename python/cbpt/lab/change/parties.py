@@ -83,7 +83,7 @@ def levels_of(
 ) -> Levels | None:
     """The levels fitted; None where some level has no solution. among: labels of the forms that
     effects may have, where any form of an effect is named."""
-    library = library_of(_longest(campaigns), effects, campaigns)
+    library = _library(campaigns, effects)
     alone = [_Alone.of(Fitter(campaign, library), effects, among) for campaign in campaigns]
     fitters = [level.fitter for level in alone]
     best: tuple[float, tuple[Variant, ...], list[Fit]] | None = None
@@ -107,7 +107,7 @@ def with_form(levels: Levels, variant: Variant, without: str | None) -> Levels |
     hypothesis = Hypothesis((*kept, variant))
     campaigns = [party.problem.campaign for party in levels.parties]
     asked = [v.label for v in hypothesis.variants]
-    library = library_of(_longest(campaigns), asked, campaigns)
+    library = _library(campaigns, asked)
     if variant not in library:
         library = *library, variant
     fitters = [Fitter(campaign, library) for campaign in campaigns]
@@ -186,6 +186,16 @@ def _longest(campaigns: Sequence[Campaign]) -> Campaign:
     """The level that reaches furthest: plausible sizes of a torsion spring are shares of that."""
     reach = [float(np.abs(c.readings.torque_Nm).max()) for c in campaigns]
     return campaigns[int(np.argmax(reach))]
+
+
+def _library(campaigns: Sequence[Campaign], asked: Sequence[str]) -> tuple[Variant, ...]:
+    """The forms of the level that reaches furthest, and those that only tables of others have."""
+    longest = _longest(campaigns)
+    found = list(library_of(longest, asked, campaigns))
+    for other in campaigns:
+        known = {v.label for v in found}
+        found += [v for v in library_of(other, asked, campaigns) if v.label not in known]
+    return tuple(found)
 
 
 def _forms(alone: Sequence[_Alone]) -> list[tuple[Variant, ...]]:

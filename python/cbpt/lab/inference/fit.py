@@ -81,7 +81,7 @@ class Fitter:
         fitting = (
             seen
             for v in self.library
-            if _needed(campaign, v) and (seen := no_quicker(v, step_s)) is not None
+            if not v.lacks(campaign.readings) and (seen := no_quicker(v, step_s)) is not None
         )
         library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())
@@ -425,7 +425,3 @@ def _near(one: Noise, other: Noise) -> bool:
         and abs(one.correlation - other.correlation) < 0.03
         and one.offset_arcsec == other.offset_arcsec == 0.0
     )
-
-
-def _needed(campaign: Campaign, variant: Variant) -> bool:
-    return not variant.needs or getattr(campaign.readings, variant.needs) is not None

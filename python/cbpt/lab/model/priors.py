@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import effect_specs
+from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
 ARCSEC = np.pi / 648000.0
@@ -33,6 +34,10 @@ class Shape:
     high: float
     grid: tuple[float, ...]
     log: bool = False
+
+
+_BY_PRELOAD = "friction_radius_m"
+"""The size of a friction that follows the preload."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,12 @@ class Variant:
     def directed(self) -> bool:
         """Whether its two sizes are the components of one amplitude at some phase."""
         return self.signed and len(self.sizes) == 2 and not (self.ratios or self.scaled)
+
+    def lacks(self, readings: Readings) -> str:
+        """The first column that it needs and the readings do not have, or nothing."""
+        needed = [self.needs] if self.needs else []
+        needed += ["preload_N"] if _BY_PRELOAD in self.sizes else []
+        return next((column for column in needed if getattr(readings, column) is None), "")
 
     @property
     def label(self) -> str:

@@ -98,7 +98,7 @@ def _of_instruments(campaign: Campaign, torque_Nm: float) -> Iterator[Variant]:
     yield from _lags(campaign, torque_Nm)
     yield from torque_hystereses(torque_Nm)
     yield from sensor_hystereses(_reach(campaign)[1])
-    if readings.preload_N is not None:
+    if readings.preload_N is not None and campaign.drive.kind == "ball_drive":
         yield from crosstalks(torque_Nm, float(readings.preload_N.mean()))
     yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
 

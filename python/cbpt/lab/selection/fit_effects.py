@@ -29,9 +29,11 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
-from cbpt.lab.model.priors import ON_REQUEST, VARIANTS, Variant
+from cbpt.lab.model.priors import ON_REQUEST, Variant, no_quicker
+from cbpt.lab.model.spring_priors import library_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.linear_screen import Screen, Signatures, Stack
 from cbpt.lab.selection.rules import RULES
@@ -229,8 +231,7 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
     everything = (*fitter.library, *fitter.campaign.candidates, *lots)
     variants = [v for v in everything if effect in (v.effect, v.label)]
     if not variants:
-        need = next((v.needs for v in VARIANTS if v.effect == effect), "")
-        if need and getattr(readings, need) is None:
+        if need := _missing_column(effect, fitter.campaign):
             _stop_without(need, effect, readings)
         known = list(dict.fromkeys([*(v.effect for v in everything), *ON_REQUEST]))
         near = [k for k in known if effect in k] or difflib.get_close_matches(effect, known, 1)
@@ -239,10 +240,35 @@ def _forms(effect: str, fitter: Fitter) -> list[Variant]:
             f"{effect!r} is not an effect that can be fitted. {hint}Expected one of: "
             + ", ".join(known)
         )
-    possible = [v for v in variants if not v.needs or getattr(readings, v.needs) is not None]
+    possible = [v for v in variants if not v.lacks(readings)]
     if not possible:
-        _stop_without(variants[0].needs, effect, readings)
-    return possible
+        _stop_without(variants[0].lacks(readings), effect, readings)
+    seen = [v for v in possible if v.spread or no_quicker(v, fitter.campaign.step_s) is not None]
+    if not seen:
+        raise InvalidInputError(
+            f"{effect!r} is over sooner than the next reading is taken, so these readings do not "
+            "show it: take readings that follow each other more quickly"
+        )
+    return seen
+
+
+def _missing_column(effect: str, campaign: Campaign) -> str:
+    """The column without which the reducer's library does not have an effect; empty where there is
+    none."""
+    numbers = np.arange(1.0, len(campaign) + 1)
+
+    def offered(readings: Readings) -> bool:
+        library = library_of(replace(campaign, readings=readings), [effect])
+        return any(effect in (v.effect, v.label) for v in library)
+
+    bare = campaign.readings
+    filled = {
+        "time_s": replace(bare, time_s=numbers),
+        "temperature_degC": replace(bare, temperature_degC=numbers),
+        "preload_N": replace(bare, preload_N=numbers),
+    }
+    lacking = (column for column in filled if getattr(bare, column) is None)
+    return next((column for column in lacking if offered(filled[column])), "")
 
 
 def _stop_without(column: str, effect: str, readings: Readings) -> NoReturn:
