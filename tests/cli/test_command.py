@@ -221,6 +221,13 @@ def test_compare_prints_the_report(capsys: pytest.CaptureFixture[str]) -> None:
         assert part in said.out
 
 
+def test_a_column_is_chosen_by_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """The last value won without a word."""
+    twice = ["--only", "run=1", "--only", "run=2"]
+    assert code_of(["compare", str(CASE), str(DATA), *twice]) == 2
+    assert "run has a value already; give each column once" in capsys.readouterr().err
+
+
 def test_compare_prints_one_json_object(capsys: pytest.CaptureFixture[str]) -> None:
     assert compare("--json") == 0
     document = strictly(capsys.readouterr().out)

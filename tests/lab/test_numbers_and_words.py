@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cbpt import Case, compare, fit, simulate
+from cbpt import Case, compare, fit, read_readings, simulate
 from cbpt.lab.diagnosis.alternatives import smallest
 from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -237,6 +237,21 @@ def test_a_wrong_model_is_off_in_spite_of_the_steps() -> None:
     readings = simulate(case, plan, noise="quantised=3.3", u_elastic_angle_arcsec=0.3)
     bent = replace(readings, elastic_angle_arcsec=readings.elastic_angle_arcsec * 4.0)
     assert "even with this scatter the model disagrees" in compare(case, bent).report()
+
+
+def test_a_scatter_that_is_hardly_known_is_no_agreement() -> None:
+    """Angles in degrees under a header in radians "agreed", 76 times the scatter off."""
+    read = read_readings(EXAMPLES / "reducer.csv", need_preload=False)
+    table: dict[str, Any] = {
+        "run": read.run,
+        "time_s": read.time_s,
+        "torque_Nm": read.torque_Nm,
+        "elastic_angle_rad": read.elastic_angle_arcsec / 3600,
+    }
+    c = compare(EXAMPLES / "reducer.toml", table)
+    assert c.p_value_of_scatter is not None and c.p_value_of_scatter > 0.01
+    assert "this scatter is known too roughly to judge the model by it" in c.report()
+    assert "Likely mistake" in c.report() and "the model agrees" not in c.report()
 
 
 # --- a case from the answer ---------------------------------------------------------------

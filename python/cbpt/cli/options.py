@@ -110,7 +110,8 @@ def inputs(
         metavar="COLUMN=VALUE",
         action="append",
         default=[],
-        help="use only these readings, for example preload_step=3; may be repeated",
+        help="use only these readings, for example preload_step=3; may be repeated with another "
+        "column",
     )
     return parser
 
@@ -268,6 +269,8 @@ def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dic
         column, equals, value = entry.partition("=")
         if not equals:
             parser.error(f"--only {entry}: expected COLUMN=VALUE, for example preload_step=3")
+        if column in only:
+            parser.error(f"--only {entry}: {column} has a value already; give each column once")
         only[column] = value
     return only or None
 

@@ -164,7 +164,7 @@ def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
         if scatter.correlation
         else ""
     )
-    judged = "agrees with the readings" if p >= 0.01 else "disagrees with the readings"
+    judged = _judged("scatter", p, c.overall.rmse_arcsec, scatter.u_arcsec)
     found += along
     if scatter.step_arcsec:
         step = _angle(scatter.step_arcsec, angle_unit)
@@ -173,19 +173,17 @@ def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
             f"{found}"
         )
         if p < 0.01:
-            text += "; even with this scatter the model disagrees with the readings"
+            text += f"; even {judged}"
         elif scatter.ratio is None:
-            text += "; with this scatter the model agrees with the readings"
+            text += f"; {judged}"
         yield f"{text}."
     elif scatter.ratio is None:
-        yield (
-            f"Within runs the readings scatter by {found}; with this scatter the model {judged}."
-        )
+        yield f"Within runs the readings scatter by {found}; {judged}."
     elif scatter.off:
         which = "small" if scatter.ratio > 1 else "large"
         yield (
             f"The stated uncertainty looks too {which}: within runs the readings scatter by "
-            f"{found}, {scatter.ratio:.2g} times as much. With this scatter the model {judged}."
+            f"{found}, {scatter.ratio:.2g} times as much; {judged}."
         )
     else:
         yield f"Within runs the readings scatter by {found}, as the stated uncertainty says."
@@ -203,11 +201,21 @@ def _repeats(c: ComparisonData, angle_unit: str) -> Iterator[str]:
             "runs: something changes between the repeats."
         )
     elif p is not None and found.ratio is None:
-        judged = "agrees with the readings" if p >= 0.01 else "disagrees with the readings"
+        rmse_arcsec = c.overall.rmse_arcsec if c.overall else 0.0
+        judged = _judged("uncertainty", p, rmse_arcsec, found.u_arcsec)
         yield f"The uncertainty was estimated from repeated readings: {u} ({found})."
-        yield f"With this uncertainty the model {judged}."
+        yield f"{judged[0].upper()}{judged[1:]}."
     elif p is not None:
         yield f"Repeated readings agree to {u} ({found})."
+
+
+def _judged(what: str, p_value: float, rmse_arcsec: float, u_arcsec: float) -> str:
+    """What an estimated uncertainty says of the model. Few degrees of freedom allow almost any
+    misfit: one of more than twice the uncertainty is no agreement."""
+    if p_value >= 0.01 and rmse_arcsec > 2 * u_arcsec:
+        return f"this {what} is known too roughly to judge the model by it"
+    judged = "agrees" if p_value >= 0.01 else "disagrees"
+    return f"with this {what} the model {judged} with the readings"
 
 
 def _angle(arcsec: float, unit: str, digits: int = 3) -> str:
