@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import neighbour_scatter
+from cbpt.lab.covariance.within_run import behind_display, display_step
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.readings.readings import Readings
 
@@ -61,10 +62,13 @@ class NoiseChange:
 
 def noise_change(readings: Sequence[Readings], fits: Sequence[Fit]) -> NoiseChange:
     """Normal in the logarithm of the scatter, with as many readings as correlation leaves."""
-    told = [_scatter(r, _left(fit)) for r, fit in zip(readings, fits, strict=True)]
-    size = [arcsec for arcsec, _ in told]
+    told = [
+        behind_display(*_scatter(r, _left(fit)), display_step(r.elastic_angle_arcsec))
+        for r, fit in zip(readings, fits, strict=True)
+    ]
+    size = [arcsec for arcsec, _, _ in told]
     # A sample of what is not quite normal knows its spread half as well.
-    v = np.array([1 / max(freedom, 2.0) for _, freedom in told])
+    v = np.array([1 / max(freedom, 2.0) for _, freedom, _ in told])
     log = np.log(np.maximum(size, 1e-300))
 
     def evidence(extra: float) -> float:

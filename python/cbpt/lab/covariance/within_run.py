@@ -1,8 +1,9 @@
 """The scatter of readings, estimated from themselves, to be held against what is stated.
 
-    Scatter       standard deviation and correlation inside the runs, and how well they are known
-    estimate      from the residuals of a model, right or wrong
-    display_step  the step of a display
+    Scatter         standard deviation and correlation inside the runs, and how well they are known
+    estimate        from the residuals of a model, right or wrong
+    display_step    the step of a display
+    behind_display  what is known of a scatter behind one
 
 A model that is wrong is so smoothly: along a few readings of one run that follow each other in one
 direction of the torque a parabola takes its error away, and what is left is scatter. A stretch may
@@ -109,12 +110,18 @@ def estimate(
     known = dof * _LIMITS.efficiency * ((1 - correlation) / (1 + correlation)) ** 2
     typical = 1.0 if u is None else float(np.median(u))
     step = display_step(readings.elastic_angle_arcsec)
-    if _LIMITS.coarse * scale * typical < step < _LIMITS.finest * scale * typical:
-        scale = max(scale, step / 12**0.5 / typical)
-        known, correlation = min(known, _LIMITS.hidden_dof), 0.0
-    else:
-        step = 0.0
-    return Scatter(scale * typical, None if u is None else scale, known, correlation, step)
+    step = step if step < _LIMITS.finest * scale * typical else 0.0
+    seen, known, hidden = behind_display(scale * typical, known, step)
+    correlation, step = (0.0, step) if hidden else (correlation, 0.0)
+    return Scatter(seen, None if u is None else seen / typical, known, correlation, step)
+
+
+def behind_display(scatter: float, dof: float, step: float) -> tuple[float, float, bool]:
+    """A scatter and its degrees of freedom where readings come in steps: where those hide it, no
+    less than what rounding makes, and hardly known; and whether they do."""
+    if step <= _LIMITS.coarse * scatter:
+        return scatter, dof, False
+    return max(scatter, step / 12**0.5), min(dof, _LIMITS.hidden_dof), True
 
 
 def display_step(values: Floats) -> float:
