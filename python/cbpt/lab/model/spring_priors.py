@@ -84,7 +84,8 @@ def _forms_of(
     further = (
         *_on_request(campaign),
         *_of_instruments(campaign, torque),
-        *torque_zeros(torque, _length_s(campaign)),
+        # What a drifting zero error leaves free would follow what no effect does.
+        *(v for v in torque_zeros(torque, _length_s(campaign)) if len(v.sizes) == 1),
         _shift(angle / torque),
     )
     return *proposed, *(
