@@ -17,7 +17,7 @@ from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
 from cbpt.lab.wording.numbers import in_words, listed, probability, rounded
 
-_WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "disappeared"}
+_WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "is no longer seen"}
 
 
 def sentence(found: ChangeData) -> str:

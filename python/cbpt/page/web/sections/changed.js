@@ -9,7 +9,7 @@ import { probability, text, withUncertainty } from "../lib/numbers.js";
 import { documentShown, inUnit, on, scale, state } from "../lib/store.js";
 
 const MOST_DRAWN = 1500;
-const WAYS = { up: "rose", down: "fell", new: "appeared", gone: "disappeared" };
+const WAYS = { up: "rose", down: "fell", new: "appeared", gone: "is no longer seen" };
 
 /** @type {ChangeSection | null} */
 let found = null;
