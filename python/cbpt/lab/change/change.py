@@ -28,6 +28,7 @@ from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, 
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
+from cbpt.lab.change.rates import note_on_rates
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
     counted_once,
@@ -40,7 +41,6 @@ from cbpt.lab.change.reproducibility import (
 from cbpt.lab.change.rest import Rest, again, rest_of
 from cbpt.lab.change.stand_ins import plausible, with_stand_ins
 from cbpt.lab.change.text import unless_repeated
-from cbpt.lab.characteristics.warnings import RATES
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.by_level import MOST_LEVELS
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
@@ -49,14 +49,13 @@ from cbpt.lab.diagnosis.fit_text import at_limits, beyond_own_loops
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
-from cbpt.lab.model.spring_priors import typical_rate_Nm_per_s
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.selection.history import notes_of_levels, with_their_history
 from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.posterior import named_of
 from cbpt.lab.selection.rules import RULES
-from cbpt.lab.wording.numbers import listed, rounded
+from cbpt.lab.wording.numbers import listed
 
 __all__ = ["change"]
 
@@ -410,20 +409,11 @@ def _notes(
         for note in (*beyond_own_loops(campaign, fit), *at_limits(campaign, fit))
     )
     yield from dict.fromkeys(told)
-    yield from _of_rates(campaigns)
+    yield from note_on_rates([campaign.readings for campaign in campaigns])
     if named:
-        yield f"by their names {'; '.join(map(listed, named))} repeat one state"
-
-
-def _of_rates(campaigns: Sequence[Campaign]) -> Iterator[str]:
-    """What levels that were loaded at unlike rates may show beside a change."""
-    found = [typical_rate_Nm_per_s(campaign.readings) for campaign in campaigns]
-    rates = [rate for rate in found if rate]
-    if rates and max(rates) > RATES * min(rates):
         yield (
-            f"the torque changes at {rounded(min(rates))} to {rounded(max(rates))} N m/s from "
-            "level to level: an instrument that lags, and friction or creep that depends on the "
-            "rate, look like a change of friction then. Measure all levels at one rate"
+            f"by their names {'; '.join(map(listed, named))} repeat one state: what such levels "
+            "differ by is taken for what a new set-up changes, and is no change"
         )
 
 
