@@ -70,11 +70,13 @@ def beside_a_rest(weighed: Weighed, comes_back: bool) -> tuple[Weighed, Rest]:
     rest, best = rest_of(weighed, comes_back), weighed.best
     if not rest.told_from_arcsec:
         return weighed, rest
-    gained = [
-        max(0.5 * (_misfit(c) - _misfit(best)), 0.0)
-        if apart_arcsec(best, c) < rest.told_from_arcsec
-        else 0.0
+    even = [
+        c.levels.variants == best.levels.variants and apart_arcsec(best, c) < rest.told_from_arcsec
         for c in weighed.choices
+    ]
+    gained = [
+        max(0.5 * (_misfit(c) - _misfit(best)), 0.0) if same else 0.0
+        for c, same in zip(weighed.choices, even, strict=True)
     ]
     found = weighed.gained(gained)
     return found, rest_of(found, comes_back)
