@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.change import rest
 from cbpt.lab.change.parameters import _direction, changed_of
 from cbpt.lab.change.parties import levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, groups_of
@@ -75,7 +74,7 @@ def test_one_of_a_group_that_is_told_is_not_said_to_be_too_small(
     def with_hidden(weighed: Weighed, comes_back: bool) -> Rest:
         return replace(rest_of(weighed, comes_back), hidden=("contact_stiffness",))
 
-    monkeypatch.setattr("cbpt.lab.change.rest.rest_of", with_hidden)
+    monkeypatch.setattr("cbpt.lab.change.change.rest_of", with_hidden)
     answer = cbpt.change(SPRING, *tables, effects=["backlash"])
     assert answer.rivals == (("contact_stiffness", "sensor_gain"),)
     assert {c.effect for c in answer.changed} == set(answer.rivals[0])
@@ -264,20 +263,3 @@ def test_a_gain_that_would_go_beyond_what_is_plausible_explains_nothing() -> Non
     for choice in likely:
         gains = {"torque_scale", "sensor_gain"} & choice.changed
         assert not choice.fit.ends_at_limit([unknowns.index(gain) for gain in gains])
-
-
-@pytest.mark.parametrize(("told_from_arcsec", "is_told"), [(0.0, True), (1.0, True), (50.0, False)])
-def test_choices_that_the_rest_does_not_tell_apart_follow_the_readings_alike(
-    told_from_arcsec: float, is_told: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A play of 60 or 90 arcsec moves the angles by some 10: beside a rest that differs by more it
-    is the prior odds that decide, beside one that differs by less or by nothing the readings."""
-    weighed = cbpt.change(SPRING, play(60.0), play(90.0, seed=2), effects=["backlash"]).weighed
-    assert weighed.changed("backlash") > 0.99
-    real = rest.rest_of(weighed, comes_back=True)
-    monkeypatch.setattr(
-        rest, "rest_of", lambda *_, **__: replace(real, told_from_arcsec=told_from_arcsec)
-    )
-    even, _ = rest.beside_a_rest(weighed, comes_back=True)
-    assert (even.changed("backlash") > 0.99) == is_told
-    assert is_told or even.something < 0.5

@@ -38,7 +38,7 @@ from cbpt.lab.change.reproducibility import (
     reproducibility_of,
     with_set_ups,
 )
-from cbpt.lab.change.rest import Rest, again, beside_a_rest
+from cbpt.lab.change.rest import Rest, again, rest_of
 from cbpt.lab.change.stand_ins import plausible, with_stand_ins
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
@@ -168,7 +168,7 @@ def change(
             "with cbpt compare first"
         )
     loops = widths_of(parts, reproducibility_arcsec, states)
-    weighed, rest = beside_a_rest(weighed, comes_back=reproducibility_arcsec is None)
+    rest = rest_of(weighed, comes_back=reproducibility_arcsec is None)
     answer = _answer(dict(zip(names, parts, strict=True)), weighed, rest, answers, by, loops)
     notes = [*left_out, *notes_of_levels(names, histories), *_notes(campaigns, weighed, named)]
     if answer.kind == "changed" and reproducibility_arcsec is None:

@@ -101,7 +101,7 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """Choices, the one that the readings favour most first."""
+    """Choices, the most probable first."""
 
     groups: tuple[Group, ...]
     """Of all choices; `Group.unknowns` are those of the first that has the group."""
@@ -109,7 +109,7 @@ class Weighed:
 
     @property
     def best(self) -> Choice:
-        """The first one."""
+        """The most probable one."""
         return self.choices[0]
 
     def changed(self, effect: str) -> float:
@@ -145,21 +145,13 @@ class Weighed:
             sets[names] = sets.get(names, 0.0) + c.probability
         return spoken_of(Posterior(sets), RULES).rivals
 
-    def gained(self, log_odds: Sequence[float]) -> Weighed:
-        """The same with further log odds of each choice, in the order that they had."""
-        logs = np.array([c.log_odds for c in self.choices]) + log_odds
-        chances = np.exp(logs - logs.max())
-        chances /= chances.sum()
-        found = zip(self.choices, chances.tolist(), strict=True)
-        return replace(self, choices=tuple(replace(c, probability=p) for c, p in found))
-
     def near(self, d: float) -> tuple[Choice, ...]:
         """Those that have a say where the readings count d times less."""
         least = self.best.log_odds - _EFFORT.room * d
         return tuple(choice for choice in self.choices if choice.log_odds > least)
 
     def best_with(self, effect: str) -> Choice:
-        """The first one in which it changed; of a twin, the same with its own values."""
+        """The most probable one in which it changed; of a twin, the same with its own values."""
         found = [c for c in self.choices if effect in c.changed]
         own = [c for c in found if not c.stands_for]
         same = [c for c in own if c.changed == found[0].changed]

@@ -4,7 +4,6 @@ with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
 rms_arcsec          of angles, as the fit weighs them
 moves_of            by how much the values of one effect make levels differ
-apart_arcsec        by how much the curves of two choices differ
 with_values_of      the curve of a level with those of another one
 places_of           where they stand
 dispersed           levels whose readings count for less
@@ -238,17 +237,6 @@ def moves_of(choice: Choice, effect: str) -> float:
         curves.append(moved)
     free = _freely(problem, np.column_stack(curves))
     return rms_arcsec(problem.campaign, np.std(free, axis=1, ddof=1))
-
-
-def apart_arcsec(one: Choice, other: Choice) -> float:
-    """By how much the curves of two choices differ, rms, at the level where they do most."""
-    return max(
-        rms_arcsec(
-            party.problem.campaign,
-            _freely(party.problem, (a.angle_arcsec - b.angle_arcsec)[:, None])[:, 0],
-        )
-        for party, a, b in zip(one.levels.parties, one.fit.points, other.fit.points, strict=True)
-    )
 
 
 def with_values_of(choice: Choice, effect: str, level: int, other: int) -> Floats | None:

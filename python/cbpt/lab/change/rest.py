@@ -1,12 +1,8 @@
 """What the fitted effects leave, and which changes are too small beside it to be told.
 
-Rest            the rest of all levels
-beside_a_rest   an answer as far as its rest lets it be told, with the rest
-rest_of         finds it
-again           what runs of each level that repeat each other tell of what its fit leaves
-
-Curves that differ by less than that follow the readings one better than the other by accident,
-however many readings there are.
+Rest       the rest of all levels
+rest_of    finds it
+again      what runs of each level that repeat each other tell of what its fit leaves
 """
 
 from __future__ import annotations
@@ -18,13 +14,8 @@ import numpy as np
 
 from cbpt.lab.change.agreement import runs_agree
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Choice, Weighed
-from cbpt.lab.change.reproducibility import (
-    apart_arcsec,
-    moves_of,
-    reproducibility_of,
-    rms_arcsec,
-)
+from cbpt.lab.change.posterior import Weighed
+from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
 from cbpt.lab.covariance.repeated_runs import ComesAgain, Differing, comes_again, differing_of
 from cbpt.lab.selection.rules import RULES
 
@@ -62,33 +53,6 @@ class Rest:
         """Whether no change can be told."""
         smaller = self.apart_arcsec is not None and self.apart_arcsec < self.not_followed_arcsec
         return smaller or len(self.hidden) == len(self.moves_arcsec)
-
-
-def beside_a_rest(weighed: Weighed, comes_back: bool) -> tuple[Weighed, Rest]:
-    """The answer in which choices that the rest does not tell from the best follow the readings as
-    well as that, where they stood; and the rest, as in `rest_of`."""
-    rest, best = rest_of(weighed, comes_back), weighed.best
-    if not rest.told_from_arcsec:
-        return weighed, rest
-    even = [
-        c.levels.variants == best.levels.variants and apart_arcsec(best, c) < rest.told_from_arcsec
-        for c in weighed.choices
-    ]
-    gained = [
-        max(0.5 * (_misfit(c) - _misfit(best)), 0.0) if same else 0.0
-        for c, same in zip(weighed.choices, even, strict=True)
-    ]
-    found = weighed.gained(gained)
-    return found, rest_of(found, comes_back)
-
-
-def _misfit(choice: Choice) -> float:
-    """What the curves leave of the readings, whitened, without what the priors ask."""
-    left = (
-        party.problem.at(point).y_left
-        for party, point in zip(choice.levels.parties, choice.fit.points, strict=True)
-    )
-    return sum(float(of_level @ of_level) for of_level in left)
 
 
 def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
