@@ -411,10 +411,7 @@ def _notes(
     yield from dict.fromkeys(told)
     yield from note_on_rates([campaign.readings for campaign in campaigns])
     if named:
-        yield (
-            f"by their names {'; '.join(map(listed, named))} repeat one state: what such levels "
-            "differ by is taken for what a new set-up changes, and is no change"
-        )
+        yield f"by their names {'; '.join(map(listed, named))} repeat one state"
 
 
 def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:
