@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.change.demanded import demanded
+from cbpt.lab.change.demanded import demanded, not_of_all
 from cbpt.lab.change.loop_widths import _perhaps_different, widths_of
 from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
@@ -204,6 +204,13 @@ def test_what_may_be_part_of_a_rest_is_not_fitted_at_all_levels() -> None:
     assert demanded([rivals]) == [[FRICTION], []]
     before.verdict.lack_of_fit = None
     assert demanded([before]) == [["backlash", "creep", FRICTION]]
+
+
+def test_what_the_table_of_a_level_cannot_show_is_left_out_and_told() -> None:
+    timed, bare = told((FRICTION,), {"creep": 0.4}), told((FRICTION,), {})
+    bare.competition.fitter.variants = [SimpleNamespace(effect=FRICTION)]
+    assert demanded([timed, bare]) == [[FRICTION], [FRICTION]]
+    assert not_of_all([timed, bare]) == ["creep"] and not_of_all([timed, timed]) == []
 
 
 # --- the loops as they were measured ------------------------------------------------------

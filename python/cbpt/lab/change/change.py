@@ -257,7 +257,7 @@ def _refused(
     Raises what told so where no level shows them, or where the effects were named."""
     blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
     if not blind and may_leave_out:
-        return f"no form of {listed(ids)} is one that the tables of all levels can show"
+        return f"the columns that show {listed(ids)} are not in all tables"
     named = not may_leave_out
     if len(blind) in (0, len(campaigns)) or (named and isinstance(why, ReadingsError)):
         raise why

@@ -15,9 +15,6 @@ from cbpt.lab.model.spring_priors import typical_rate_Nm_per_s
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
 
-_ALIKE = 1.25
-"""Runs whose largest torques differ by less are of one kind."""
-
 
 def note_on_rates(tables: Sequence[Readings]) -> Iterator[str]:
     """What levels that were loaded at unlike rates may show beside a change. Runs to like torques
@@ -39,10 +36,10 @@ def note_on_rates(tables: Sequence[Readings]) -> Iterator[str]:
 
 
 def _rates(readings: Readings) -> dict[int, float]:
-    """The typical rate of the runs to each torque, N m/s."""
+    """The typical rate of the runs to each torque, N m/s, in classes a quarter wide."""
     most = np.zeros(int(readings.run_index.max()) + 1)
     np.maximum.at(most, readings.run_index, np.abs(readings.torque_Nm))
-    kind = np.round(np.log(np.maximum(most, 1e-12)) / np.log(_ALIKE)).astype(np.int64)
+    kind = np.round(np.log(np.maximum(most, 1e-12)) / np.log(1.25)).astype(np.int64)
     found = {
         int(one): typical_rate_Nm_per_s(readings.select(kind[readings.run_index] == one))
         for one in np.unique(kind)

@@ -36,10 +36,6 @@ class Shape:
     log: bool = False
 
 
-_BY_PRELOAD = "friction_radius_m"
-"""The size of a friction that follows the preload."""
-
-
 @dataclass(frozen=True)
 class Variant:
     """One form of an effect.
@@ -81,7 +77,8 @@ class Variant:
     def lacks(self, readings: Readings) -> str:
         """The first column that it needs and the readings do not have, or nothing."""
         needed = [self.needs] if self.needs else []
-        needed += ["preload_N"] if _BY_PRELOAD in self.sizes else []
+        # A friction that follows the preload.
+        needed += ["preload_N"] if "friction_radius_m" in self.sizes else []
         return next((column for column in needed if getattr(readings, column) is None), "")
 
     @property

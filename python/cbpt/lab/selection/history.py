@@ -34,9 +34,6 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_BENDS = ("stiffness_curve", "hard_stop")
-"""What bends the loops of a torsion spring on their way up and down alike. Where effects are
-searched the first stands for the second, too."""
 _NOTES = {
     "anew": "runs begin where the ones before them ended, but the readings show friction that "
     "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
@@ -125,10 +122,11 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
 
 
 def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:
-    """Of friction in its best form, of a torsion spring beside what bends its loops."""
-    effects = [_FRICTION]
+    """Of friction in its best form, of a torsion spring beside what bends its loops. Where effects
+    are searched a curve stands for a stop, too."""
+    effects, bends = [_FRICTION], ["stiffness_curve", "hard_stop"]
     if campaign.drive.kind == "torsion_spring":
-        effects += [_PLAY, *(_BENDS[:1] if named is None else (b for b in _BENDS if b in named))]
+        effects += [_PLAY, *(bends[:1] if named is None else (b for b in bends if b in named))]
     fitter = Fitter(campaign, [v for v in library_of(campaign, effects) if v.effect in effects])
     try:
         fits = fits_of_forms(fitter, effects)
