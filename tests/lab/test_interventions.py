@@ -15,6 +15,7 @@ import pytest
 import cbpt
 from cbpt.lab.change.reproducibility import doubts_of
 from cbpt.lab.change.rest import rest_of
+from cbpt.lab.diagnosis.unexplained import shape_of
 from cbpt.lab.model.own_loops import small_loops_of
 
 DATA = Path(__file__).parents[1] / "data" / "interventions"
@@ -243,6 +244,16 @@ def test_what_is_not_certain_is_not_told_as_a_fact() -> None:
     assert found.verdict.probability < 0.95 and found.verdict.perhaps
     assert "In addition there is" not in found.sentence
     assert "perhaps also" in found.sentence
+
+
+def test_what_remains_is_told_by_the_runs_of_the_table() -> None:
+    """And not by their places, which begin with 0."""
+    readings = cbpt.read_readings(DATA / "conic_pccf_1.csv", need_preload=False, by="moment")
+    part = readings.select(readings.labels["moment"] == "initial")
+    found = cbpt.diagnose(DATA / "reducer.toml", part)
+    assert found.verdict.lack_of_fit is not None and "run" in found.verdict.lack_of_fit.columns
+    told = {line.partition(":")[0] for line in shape_of(found)}
+    assert told == {f"run {run}" for run in np.unique(part.run)}
 
 
 def test_runs_with_the_same_torques_are_one_run_in_the_uncertainty_beside_a_rest() -> None:

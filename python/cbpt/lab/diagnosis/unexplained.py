@@ -150,7 +150,7 @@ def _shape(d: DiagnosisData, columns: list[str], f: Floats) -> Iterator[str]:
     for label, rows in _cells(d, across):
         parts = [
             f"{_signed(float(f[rows & part].mean()))} at {text}"
-            for text, part in _parts(column(d, along))
+            for text, part in _parts(d, along)
             if (rows & part).any()
         ]
         yield f"{label}{', '.join(parts)} {along}"
@@ -165,23 +165,30 @@ def _cells(d: DiagnosisData, columns: list[str]) -> Iterator[tuple[str, Mask]]:
     if not columns:
         yield "", np.ones(len(d.readings), dtype=bool)
         return
-    for text, part in _parts(column(d, columns[0])):
+    for text, part in _parts(d, columns[0]):
         for label, rows in _cells(d, columns[1:]):
             if (part & rows).any():
                 yield f"{columns[0]} {text}: {label}", part & rows
 
 
-def _parts(values: Floats) -> Iterator[tuple[str, Mask]]:
+def _parts(d: DiagnosisData, name: str) -> Iterator[tuple[str, Mask]]:
     """The levels of a column, or stretches of it where there are many."""
+    values = column(d, name)
+    named = {"run": d.readings.run, "preload_step": d.readings.preload_step}.get(name)
     found = levels_of(values)
     if len(found) <= _SHOWN.most_levels:
         for number, level in enumerate(found.value):
-            yield f"{level:g}", found.index == number
+            part = found.index == number
+            yield (f"{level:g}" if named is None else str(named[part][0])), part
         return
     edges = np.unique(np.quantile(values, np.linspace(0, 1, _SHOWN.stretches + 1))) + 0.0  # no -0
     for number, (low, high) in enumerate(pairwise(edges)):
-        above = values > low if number else values >= low
-        yield f"{low:.3g} to {high:.3g}", above & (values <= high)
+        part = (values > low if number else values >= low) & (values <= high)
+        if named is None:
+            yield f"{low:.3g} to {high:.3g}", part
+        elif part.any():
+            first, last = (named[part][pick(values[part])] for pick in (np.argmin, np.argmax))
+            yield f"{first} to {last}", part
 
 
 def _regime(d: DiagnosisData, f: Floats) -> str | None:
