@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import cbpt
+from cbpt.figures.diagnosis import _remembers
 from cbpt.figures.shared import model_curves
 from cbpt.lab.readings.points import points_of
 
@@ -20,5 +21,20 @@ def test_a_curve_without_memory_is_drawn_once_from_end_to_end() -> None:
     points = points_of(cbpt.read_readings(table, need_preload=False))
     [(_, x, y)] = model_curves(points, 3 * torque, memory=False)
     assert len(x) == len(way) and np.all(np.diff(x) > 0) and np.allclose(y, 3 * x)
-    [(_, x, _)] = model_curves(points, 3 * torque, memory=True)
-    np.testing.assert_array_equal(x, torque)
+
+
+def test_a_loop_whose_torque_scatters_is_a_line_each_way() -> None:
+    """In the order of time, or of the torque through both ways, it was a saw."""
+    way = np.concatenate([np.linspace(-9, 9, 90), np.linspace(8.9, -9, 90)])
+    torque = way + np.random.default_rng(3).normal(0, 0.2, len(way))
+    assert np.count_nonzero(np.diff(np.sign(np.diff(torque)))) > 20
+    loop = 3 * torque + np.repeat([-2.0, 2.0], 90)
+    table = {"torque_Nm": torque, "elastic_angle_arcsec": loop, "run": np.ones(len(way))}
+    points = points_of(cbpt.read_readings(table, need_preload=False))
+    lines = list(model_curves(points, loop, memory=True))
+    assert len(lines) == 2 and sum(len(x) for _, x, _ in lines) == len(way)
+    for _, x, y in lines:
+        assert np.all(np.diff(x) > 0)
+        assert np.count_nonzero(np.diff(np.sign(y - 3 * x))) <= 2  # at the ends alone
+    assert _remembers(points, loop)
+    assert not _remembers(points, 3 * torque)

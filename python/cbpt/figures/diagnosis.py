@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from textwrap import wrap
 from typing import TYPE_CHECKING, Protocol
 
@@ -137,11 +138,15 @@ def _size(points: Points) -> float:
 
 def _remembers(points: Points, model: Floats) -> bool:
     """Whether a model differs between the way up and the way down by more than a line is wide."""
-    curves: dict[tuple[int, float], list[float]] = {}
+    lines: dict[int, list[tuple[Floats, Floats]]] = {}
     for setting, torque, angle in model_curves(points, model, True):
-        for x, y in zip(torque.tolist(), angle.tolist(), strict=True):
-            curves.setdefault((setting, x), []).append(y)
-    widest = max((max(v) - min(v) for v in curves.values()), default=0.0)
+        lines.setdefault(setting, []).append((torque, angle))
+    widest = 0.0
+    for drawn in lines.values():
+        for (torque, angle), (after_Nm, after) in pairwise(drawn):
+            both = (torque >= after_Nm.min()) & (torque <= after_Nm.max())
+            apart = np.abs(angle[both] - np.interp(torque[both], after_Nm, after))
+            widest = max(widest, float(apart.max(initial=0.0)))
     return widest > 0.005 * float(np.ptp(model[np.isfinite(model)]))
 
 

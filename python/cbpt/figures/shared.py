@@ -53,6 +53,8 @@ class Points:
     direction: Ints
     """+1 where the torque rises, -1 where it falls, 0 where it holds."""
     run: Ints
+    leg: Ints
+    """Counts on where the torque of a run turns back, and from run to run."""
     setting: Ints
     """What the rig was set to, counted from 0: preloads, else steps of the preload, else runs."""
     setting_names: tuple[str, ...]
@@ -77,17 +79,20 @@ def model_curves(
 ) -> Iterator[tuple[int, Floats, Floats]]:
     """Setting, torque and angle of each line: the mean model at each set point of the torque.
 
-    One line for each setting; with memory one up and one down. The model may differ between input
+    One line for each setting; with memory one up and one down. Where hardly a torque comes twice:
+    one for each run, with memory for each way of it. The model may differ between input
     angles too, and a line through all of its points would be a saw.
     """
     torque, count_of = points.torque_set_point, len(points.torque_set_points_Nm)
     if 2 * count_of > len(points):
         # Hardly a torque twice, as where it was measured and not set: the line follows the runs.
-        for run in np.unique(points.run):
-            rows = np.flatnonzero((points.run == run) & np.isfinite(model_arcsec))
-            if not memory:
-                # One curve both ways: dashes that are drawn twice would fill each other's gaps.
-                rows = rows[np.argsort(points.torque_Nm[rows], kind="stable")]
+        # In order of the torque: where that scatters along its way, a line in time is a saw. One
+        # curve both ways without memory: dashes drawn twice would fill each other's gaps.
+        line = points.leg if memory else points.run
+        order = np.argsort(line, kind="stable")
+        for drawn in np.split(order, np.flatnonzero(np.diff(line[order])) + 1):
+            rows = drawn[np.isfinite(model_arcsec[drawn])]
+            rows = rows[np.argsort(points.torque_Nm[rows], kind="stable")]
             if len(rows):
                 yield int(points.setting[rows[0]]), points.torque_Nm[rows], model_arcsec[rows]
         return

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.readings.turns import turns_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -243,29 +244,12 @@ class _Leg:
 
 
 def _legs(readings: Readings, rows: Ints, least: float) -> list[_Leg]:
-    turns = _turns(readings.torque_Nm[rows], least)
-    return [_Leg(readings, rows[first : last + 1]) for first, last in pairwise(turns)]
-
-
-def _turns(torque: Floats, share: float) -> list[int]:
-    """Where the torque turns by a share of its range, with its first and last extreme."""
-    if len(torque) < 3 or not np.ptp(torque) > 0:
+    torque = readings.torque_Nm[rows]
+    if len(torque) < 3:
         return []
-    least = max(share * float(np.ptp(torque)), _LIMITS.of_scatter * neighbour_scatter([torque], 2))
-    found: list[int] = []
-    way, extreme, low, high = 0, 0, 0, 0
-    for i, value in enumerate(torque.tolist()):
-        if way == 0:
-            low, high = (i if value < torque[low] else low), (i if value > torque[high] else high)
-            if value - torque[low] > least or torque[high] - value > least:
-                way = 1 if value - torque[low] > least else -1
-                found, extreme = [low if way > 0 else high], i
-        elif way * (value - torque[extreme]) >= 0:
-            extreme = i
-        elif way * (torque[extreme] - value) > least:
-            found.append(extreme)
-            way, extreme = -way, i
-    return [*found, extreme] if found else []
+    scatter = neighbour_scatter([torque], 2)
+    turns = turns_of(torque, max(least * float(np.ptp(torque)), _LIMITS.of_scatter * scatter))
+    return [_Leg(readings, rows[first : last + 1]) for first, last in pairwise(turns)]
 
 
 def _branch(*legs: _Leg) -> Branch | None:

@@ -7,6 +7,10 @@ import numpy as np
 from cbpt.figures.shared import Points
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.set_points import levels_of, settings
+from cbpt.lab.readings.turns import turns_of
+
+_TURN = 0.04
+"""A turn smaller than this share of the range of the run is scatter of the torque."""
 
 
 def points_of(readings: Readings, offset_arcsec: float | np.ndarray = 0.0) -> Points:
@@ -20,8 +24,22 @@ def points_of(readings: Readings, offset_arcsec: float | np.ndarray = 0.0) -> Po
         u_arcsec=readings.u_elastic_angle_arcsec,
         direction=readings.direction(),
         run=readings.run_index,
+        leg=_legs(readings),
         setting=levels.index,
         setting_names=tuple(names),
         torque_set_point=torque.index,
         torque_set_points_Nm=torque.value,
     )
+
+
+def _legs(readings: Readings) -> np.ndarray:
+    """Shape (n,): how many times the torque has turned back before each reading, run after run."""
+    leg, before = np.zeros(len(readings), dtype=np.int64), 0
+    order = np.argsort(readings.run_index, kind="stable")
+    runs = np.split(order, np.flatnonzero(np.diff(readings.run_index[order])) + 1)
+    for rows in runs if len(readings) else ():
+        torque = readings.torque_Nm[rows]
+        turns = turns_of(torque, _TURN * float(np.ptp(torque)))[1:-1]
+        leg[rows] = before + np.searchsorted(turns, np.arange(len(rows)), side="left")
+        before = int(leg[rows].max()) + 1
+    return leg
