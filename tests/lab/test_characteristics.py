@@ -218,6 +218,33 @@ def test_readings_of_the_model_stand_beside_it() -> None:
         assert ratios[name] == pytest.approx(1, abs=2e-3), name
 
 
+@pytest.mark.parametrize("transition_Nm", [0.2, 1.0])
+def test_a_soft_play_is_one_number_for_readings_and_model(transition_Nm: float) -> None:
+    """The model's was read off a loop a tenth as large, in which such a play hardly opens: 27
+    arcsec beside 566 of the readings."""
+    play = {"id": "backlash", "play_arcsec": 580, "transition_torque_Nm": transition_Nm}
+    case = cbpt.Case.from_dict(SPRING | {"effect": [play]})
+    rows = {"torque_Nm": CYCLES, "elastic_angle_arcsec": CYCLES}
+    made = cbpt.simulate(
+        case, cbpt.read_readings(rows, need_preload=False), noise="none", u_elastic_angle_arcsec=1.0
+    )
+    ratios = cbpt.characterise(case, made).to_dict()["ratios"]
+    beside = {entry["name"]: entry["value"] for entry in ratios}
+    assert beside["backlash"] == pytest.approx(1, abs=0.05)
+    alone, both = cbpt.characterise(case), cbpt.characterise(case, made)
+    model = next(f for f in both.groups[0].model if f.name == "backlash")
+    assert alone.figure("backlash").value == pytest.approx(model.value, rel=1e-9)
+
+
+def test_loops_that_no_figure_is_read_off_are_told() -> None:
+    run = np.repeat([1, 2, 3], len(CYCLES))
+    torque = np.concatenate([CYCLES, 0.6 * CYCLES, 0.2 * CYCLES])
+    [told] = [w for w in read(torque, 60 * torque, run=run).groups[0].warnings if "left out" in w]
+    assert "3 of 9 loops, to 6 N m, are left out" in told
+    run, torque = run[run != 2], torque[run != 2]
+    assert not any("left out" in w for w in read(torque, 60 * torque, run=run).groups[0].warnings)
+
+
 def test_a_torque_that_is_not_held_has_no_figures() -> None:
     case = cbpt.example_case() + "\n[rating]\nrated_torque_Nm = 500\n"
     figure = cbpt.characterise(cbpt.Case.from_toml(case)).figure("lost_motion")

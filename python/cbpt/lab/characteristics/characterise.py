@@ -37,7 +37,10 @@ __all__ = ["characterise"]
 
 Mask = NDArray[np.bool_]
 
-_OF_MODEL = "angle between both sides at no torque in a small loop without friction"
+_OF_MODEL = (
+    "angle between both sides at no torque in the loops of the model without friction, read off "
+    "like that of readings"
+)
 _FULL = (0.75, 1.25)
 """Amplitudes of full loops, as shares of the rated torque."""
 _ALIKE = 0.85

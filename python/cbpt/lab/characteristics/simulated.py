@@ -21,7 +21,7 @@ from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.lab.characteristics.figures import Convention
 from cbpt.lab.characteristics.loops import Loop, loops_of
-from cbpt.lab.characteristics.uncertainty import LoopSet, read_off
+from cbpt.lab.characteristics.uncertainty import LoopSet, play_of_form_arcsec, read_off
 from cbpt.lab.model.dataset import stated_uncertainty
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
@@ -40,8 +40,6 @@ _FRICTIONS = (
     "rate_friction",
     "breakaway_friction",
 )
-_SMALL = 0.1
-"""Amplitude of the small loops as a share of the full ones, where no readings tell it."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class Conditions:
 
     amplitude_Nm: float
     small_amplitude_Nm: float | None = None
-    """None: a tenth of the full one."""
+    """None: the same."""
     preload_N: float | None = None
     input_angle_deg: float = 0.0
     temperature_degC: float = 20.0
@@ -65,7 +63,9 @@ class ModelLoops:
     loops: LoopSet
     shifted: dict[str, LoopSet]
     play_arcsec: float
-    """The jump at zero torque of a small loop without friction."""
+    """The jump at zero torque without friction."""
+    u_play_arcsec: float
+    """What the play depends on the form of the curve that is continued to no torque."""
 
     def type_b(self, convention: Convention) -> tuple[dict[str, float], dict[str, float]]:
         """The figures, and what all numbers together make uncertain about them."""
@@ -76,6 +76,7 @@ class ModelLoops:
             for name in value.keys() - {"backlash"}:  # geometry, which no stiffness moves
                 change = moved[name] - value[name]
                 square[name] += change**2 if np.isfinite(change) else 0.0
+        square["backlash"] = self.u_play_arcsec**2
         return value, {name: float(np.sqrt(s)) for name, s in square.items()}
 
 
@@ -101,9 +102,11 @@ def simulated(case: Case | Drive, at: Conditions, convention: Convention) -> Mod
     for (instance, _), place in model.places.items():
         if model.effects[instance] in _FRICTIONS:
             bare[place] = model.nothing[place]
-    free = _loops(rows, model.at(bare).angle_arcsec).small
-    play = read_off(LoopSet(free, free), convention)["backlash"]
-    return ModelLoops(_loops(rows, point.angle_arcsec), shifted, play)
+    free = _loops(rows, model.at(bare).angle_arcsec)
+    play = read_off(free, convention)["backlash"]
+    return ModelLoops(
+        _loops(rows, point.angle_arcsec), shifted, play, play_of_form_arcsec(free, convention)
+    )
 
 
 def _size(effect: str) -> str:
@@ -130,7 +133,7 @@ def _of_drive(
 def _loops(rows: Readings, angle_arcsec: Floats) -> LoopSet:
     found = loops_of(replace(rows, elastic_angle_arcsec=angle_arcsec))
     last: dict[str, Loop] = {loop.run: loop for loop in found}
-    return LoopSet([last["1"]], [last["2"]])
+    return LoopSet([last["1"]], [last.get("2", last["1"])])
 
 
 def _rows(case: Case | Drive, at: Conditions, convention: Convention) -> Readings:
@@ -140,8 +143,8 @@ def _rows(case: Case | Drive, at: Conditions, convention: Convention) -> Reading
         preload = case.preload_N
     if preload is None and drive.kind == "ball_drive":
         raise InvalidInputError("preload_N: the case has no [load] preload_N; state one there")
-    small = at.small_amplitude_Nm or _SMALL * at.amplitude_Nm
-    runs = [_torques(at.amplitude_Nm, convention), _torques(small, convention)]
+    amplitudes = [a for a in (at.amplitude_Nm, at.small_amplitude_Nm) if a is not None]
+    runs = [_torques(amplitude, convention) for amplitude in amplitudes]
     torque = np.concatenate(runs)
     n = len(torque)
     rate = at.rate_Nm_per_s or at.amplitude_Nm / 15.0
@@ -151,7 +154,7 @@ def _rows(case: Case | Drive, at: Conditions, convention: Convention) -> Reading
         input_angle_deg=np.full(n, at.input_angle_deg),
         elastic_angle_arcsec=np.full(n, np.nan),
         u_elastic_angle_arcsec=None,
-        run=np.repeat([1, 2], [len(run) for run in runs]),
+        run=np.repeat(np.arange(1, len(runs) + 1), [len(run) for run in runs]),
         time_s=np.r_[0.0, np.cumsum(np.abs(np.diff(torque)))] / rate,
         cycle=None,
         temperature_degC=np.full(n, at.temperature_degC),

@@ -168,6 +168,12 @@ def read_off(loops: LoopSet, convention: Convention) -> dict[str, float]:
     return _Table.of(loops, convention).bounded()
 
 
+def play_of_form_arcsec(loops: LoopSet, convention: Convention) -> float:
+    """What the play depends on the form of the curve that is continued to no torque: standard
+    uncertainty."""
+    return _Table.of(loops, convention).of_form()
+
+
 @dataclass(frozen=True)
 class _Table:
     """Figures of each full loop."""

@@ -31,14 +31,32 @@ _SLACK = 1.001
 
 
 def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> list[str]:
-    """Warnings about steps, closure, rates and amplitudes."""
+    """Warnings about loops that are left out, steps, closure, rates and amplitudes."""
     return [
+        *_left_out(loops, every),
         *_coarse(loops, convention),
         *_open(loops),
         *_off_zero(loops, convention),
         *_rates(every),
         *_amplitudes(loops, convention),
     ]
+
+
+def _left_out(loops: LoopSet, every: Sequence[Loop]) -> Iterator[str]:
+    used = {id(loop) for loop in (*loops.full, *loops.small)}
+    unused = [loop for loop in every if id(loop) not in used]
+    if not unused:
+        return
+    sizes = sorted(loop.amplitude_Nm for loop in unused)
+    low, high = rounded(sizes[0]), rounded(sizes[-1])
+    where = f"to {low} N m" if low == high else f"to between {low} and {high} N m"
+    are = "is" if len(unused) == 1 else "are"
+    yield (
+        f"{len(unused)} of {len(every)} loops, {where}, {are} left out: figures are read off the "
+        "loops to the rated torque, or nearest to it, on both sides of zero where there are such, "
+        "and the smallest loops bound the play. For figures of another amplitude, state its torque "
+        "as the rated one."
+    )
 
 
 def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
