@@ -67,6 +67,11 @@ PLANTED: list[tuple[str, str, dict[str, float]]] = [
     ("shaft_shift", "", {"shift_rad_per_Nm": -1e-6}),
     ("sensor_gain", "", {"sensor_gain": 0.8}),
     ("sensor_nonlinearity", "", {"quadratic_per_rad": 40.0, "cubic_per_rad2": 1e5}),
+    (
+        "sensor_nonlinearity",
+        "flattening",
+        {"flattening_rad": -20 * ARCSEC, "knee_rad": 30 * ARCSEC},
+    ),
     ("drift", "time", {"rate_rad_per_s": 2e-9}),
     ("drift", "temperature", {"rate_rad_per_K": 5e-7}),
     ("eccentric_bearing", "", {"reference_deflection_m": 1e-6, "exponent": 0.75}),

@@ -1,6 +1,7 @@
-"""What a slack of the angle sensor's coupling, a warm-up and a sharp reversal look like.
+"""What a slack of the angle sensor's coupling, a sensor that saturates, a warm-up and a sharp
+reversal look like.
 
-All three are added to the readings by hand, so that the library's equations are not their own
+All of these are added to the readings by hand, so that the library's equations are not their own
 witness.
 """
 
@@ -48,6 +49,16 @@ def test_a_slack_of_the_sensor_is_no_certain_friction() -> None:
     value = found.parameters(found.after, "sensor_hysteresis")["half_width_rad"]
     rad = 4 * U_ARCSEC * np.pi / 648000
     assert value["value"] == pytest.approx(rad, abs=3 * value["u"])
+
+
+@pytest.mark.parametrize("in_u", [8, 16])
+def test_a_sensor_that_saturates_is_no_certain_part_of_the_drive(in_u: float) -> None:
+    """A square and a cube of the angle do not follow it: a play was certain in its place, or rough
+    contacts and a tilt beside it."""
+    shown = plain()
+    share = shown / np.abs(shown).max()
+    found = cbpt.diagnose(CASE, read(shown - in_u * U_ARCSEC * np.tanh(1.5 * share) ** 3))
+    assert found.verdict.effects == ("sensor_nonlinearity",), found.sentence
 
 
 def test_friction_that_turns_over_at_once_is_no_certain_torque_sensor() -> None:

@@ -147,6 +147,15 @@ _TABLE: tuple[Variant, ...] = (
         ratios=(1.0, _SPAN_OF_CURVE[1] / _SPAN_OF_CURVE[0]),
     ),
     Variant(
+        "sensor_nonlinearity",
+        ("flattening_rad",),
+        0.1 * ARCSEC,
+        _OF_CORE,
+        signed=True,
+        shapes=(_shape("sensor_nonlinearity", "knee_rad", (30 * ARCSEC, 80 * ARCSEC), log=True),),
+        name="flattening",
+    ),
+    Variant(
         "drift", ("rate_rad_per_s",), 1e-11, _OF_CORE, signed=True, name="time", needs="time_s"
     ),
     Variant(
