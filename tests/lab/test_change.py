@@ -535,6 +535,9 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     document = json.loads((tmp_path / "c.json").read_text())
     verdict = document["verdict"]
     assert verdict["kind"] == "changed"
+    assert commands.main([*given, "--angle-unit", "mrad"]) == 0
+    told = capsys.readouterr().out.partition("Note:")[0]
+    assert "rmse_mrad" in told and "torque, mrad" in told and "arcsec" not in told
     keys = {"effect", "parameter", "unit", "before", "after", "u_before", "u_after"}
     assert keys | {"direction", "probability"} <= verdict["changed"][0].keys()
     assert {"remains", "noise", "levels", "unchanged", "combinations"} <= document.keys()

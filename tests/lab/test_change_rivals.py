@@ -18,6 +18,7 @@ from cbpt.lab.change.shared import _System, fit_shared
 from cbpt.lab.change.text import _told
 from cbpt.lab.model.own_loops import ENGAGEMENT
 from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.wording.numbers import ARCSEC
 from common.friction_loops import FRICTION, LOOP, SPRING, found, loops, read_from
 
 
@@ -164,7 +165,7 @@ def changed_from(before: float, after: float, *limits: Limit | None) -> Changed:
     ],
 )
 def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: str) -> None:
-    told = _told(found(loops(1.0), loops(1.5, seed=2)), c)
+    told = _told(found(loops(1.0), loops(1.5, seed=2)), ARCSEC, c)
     assert said in told and ("+-" in told) == (c.moved and None in c.limits)
 
 

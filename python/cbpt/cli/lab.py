@@ -238,6 +238,7 @@ def _change_parser() -> argparse.ArgumentParser:
         "effects to fit before and after (default: what a diagnosis of either demands)",
     )
     add_json(parser)
+    add_angle_unit(parser, of="text")
     add_seed(parser, "answer")
     return parser
 
@@ -265,7 +266,7 @@ def change(argv: list[str]) -> int:
             seed=options.seed,
             progress=counter.share,
         )
-    show_answer(answer, options.json, answer.report)
+    show_answer(answer, options.json, lambda: answer.report(options.angle_unit))
     return SUCCESS
 
 

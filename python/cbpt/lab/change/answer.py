@@ -13,6 +13,7 @@ from typing import Any
 from cbpt.lab.change.record import ByItself, Changed, ChangeData
 from cbpt.lab.change.text import lines, sentence
 from cbpt.lab.wording.html import Reported
+from cbpt.lab.wording.numbers import angle_unit_of
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Change"]
@@ -33,6 +34,10 @@ class Change(Reported, ChangeData):
     def sentence(self) -> str:
         """The verdict in words."""
         return sentence(self)
+
+    def sentence_in(self, angle_unit: str) -> str:
+        """The same with angles in this unit."""
+        return sentence(self, angle_unit_of(angle_unit))
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values, the same that `to_json` writes. Values SI."""
@@ -122,9 +127,9 @@ class Change(Reported, ChangeData):
         """One JSON document."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False, default=float)
 
-    def report(self) -> str:
-        """As text."""
-        return "\n".join(lines(self))
+    def report(self, angle_unit: str = "arcsec") -> str:
+        """As text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
+        return "\n".join(lines(self, angle_unit_of(angle_unit)))
 
     def __repr__(self) -> str:
         return self.report()

@@ -15,51 +15,53 @@ from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
-from cbpt.lab.wording.numbers import in_words, listed, probability, rounded
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, listed, probability
 
 _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "is no longer seen"}
 
 
-def sentence(found: ChangeData) -> str:
+def sentence(found: ChangeData, angle: AngleUnit = ARCSEC) -> str:
     """The verdict in one paragraph."""
-    return "".join(headline_and_rest(found))
+    return "".join(headline_and_rest(found, angle))
 
 
-def headline_and_rest(found: ChangeData) -> tuple[str, str]:
+def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str, str]:
     """The verdict itself, and what belongs to it; the second is empty or begins with a space."""
-    noise, within = _noise(found), _within(found)
+    noise, within = _noise(found, angle), _within(found)
     if found.kind == "nothing":
-        return f"Nothing changed ({_sure(found.probability)}).", _hidden(found) + noise + within
+        hidden = _hidden(found, angle)
+        return f"Nothing changed ({_sure(found.probability)}).", hidden + noise + within
     if found.differing_loops is not None:
-        head, rest = _loops_alone(found, found.differing_loops)
-        return head, rest + _by_itself(found) + noise
+        head, rest = _loops_alone(found, angle, found.differing_loops)
+        return head, rest + _by_itself(found, angle) + noise
     if found.nothing_shown:
         what = "the model follows" if found.beyond_the_model else f"{_all(found)} show"
-        open_ = _odd_level(found) + _rests_differ(found) + _not_shown(found)
+        open_ = _odd_level(found, angle) + _rests_differ(found, angle) + _not_shown(found)
         return (
             f"Of what {what} nothing changed ({_sure(1 - found.probability)}).",
-            f"{open_}{_hidden(found)}{noise}{within}",
+            f"{open_}{_hidden(found, angle)}{noise}{within}",
         )
     if found.moved_less_than_is_left:
         size = found.levels_differ_by_arcsec
-        by = "" if size is None else f", and the angles with it by {rounded(size)} arcsec"
-        left = _rest(found)
+        by = "" if size is None else f", and the angles with it by {angle.text(size)}"
+        left = _rest(found, angle)
         left = f"{left} That may look like such a change." if left else ""
         remedy = " Name other effects to fit." if left else ""
         return "What changed cannot be told.", (
             f" By the fitted effects {listed(found.weighed.likely, 'or')} changed{by}."
-            f"{_runs(found)}{_still(found)}{left}{_loops_differ(found)}{remedy}"
-            f"{_by_itself(found)}{noise}"
+            f"{_runs(found)}{_still(found)}{left}{_loops_differ(found, angle)}{remedy}"
+            f"{_by_itself(found, angle)}{noise}"
         )
     if found.kind == "undecided":
-        loops = _loops_differ(found)
+        loops = _loops_differ(found, angle)
         whose = "The fitted effects" if loops else "The readings"
         return (
             f"{whose} do not decide whether something changed ({_sure(found.probability)} that it "
             "did).",
-            f"{loops}{_by_itself(found)}{noise}",
+            f"{loops}{_by_itself(found, angle)}{noise}",
         )
-    return _changes(found), _unless(found) + _not_shown(found) + _hidden(found) + noise + within
+    rest = _unless(found, angle) + _not_shown(found) + _hidden(found, angle) + noise + within
+    return _changes(found, angle), rest
 
 
 def _one(found: ChangeData) -> str:
@@ -71,11 +73,12 @@ def _all(found: ChangeData) -> str:
     return "both tables" if found.by is None else "all levels"
 
 
-def _loops_alone(found: ChangeData, loops: LoopWidths) -> tuple[str, str]:
+def _loops_alone(found: ChangeData, angle: AngleUnit, loops: LoopWidths) -> tuple[str, str]:
     """That loops differ, and no fitted effect does."""
     sure = loops.differ is not None
+    widths = _widths(found, angle, loops)
     return (
-        f"The measured loops {'' if sure else 'may have '}changed: {_widths(found, loops)}, and "
+        f"The measured loops {'' if sure else 'may have '}changed: {widths}, and "
         f"loops of one {_one(found)} {'differ by less' if sure else 'hardly differ as much'}.",
         " The fitted effects cannot reproduce this (their verdict alone would be that nothing "
         f"changed, {_sure(1 - found.probability)}), so what changed cannot be told: look at the "
@@ -83,19 +86,19 @@ def _loops_alone(found: ChangeData, loops: LoopWidths) -> tuple[str, str]:
     )
 
 
-def _changes(found: ChangeData) -> str:
+def _changes(found: ChangeData, angle: AngleUnit) -> str:
     """What changed. What else of an effect moved stands in the document."""
-    told = [_told(found, c) for c in found.foremost if not c.rivals]
+    told = [_told(found, angle, c) for c in found.foremost if not c.rivals]
     groups = {tuple(sorted((c.effect, *c.rivals))): c for c in found.foremost if c.rivals}
     for group in groups:
-        each = [_told(found, c) for c in found.foremost if c.effect in group]
+        each = [_told(found, angle, c) for c in found.foremost if c.effect in group]
         told.append(
             f"one of these changed, and the readings do not tell which: {'; or '.join(each)}"
         )
     if not told:
         return (
             f"Something changed ({_sure(found.probability)}), and the readings do not tell which "
-            f"of {listed(found.weighed.likely, 'or')}.{_loops_differ(found)}"
+            f"of {listed(found.weighed.likely, 'or')}.{_loops_differ(found, angle)}"
         )
     text = "; ".join(told) + "."
     return text[0].upper() + text[1:] if text.startswith("one of") else text
@@ -124,43 +127,42 @@ def _still(found: ChangeData) -> str:
     )
 
 
-def _hidden(found: ChangeData) -> str:
+def _hidden(found: ChangeData, angle: AngleUnit) -> str:
     """What the fitted effects do not follow, and what follows from it."""
-    rest = _rest(found)
+    rest = _rest(found, angle)
     if not rest:
         return _runs(found) if found.kind == "changed" else ""
     each = [
-        f"{e} (moves the angles by {rounded(found.moves_arcsec[e])} arcsec, rms)"
-        for e in found.hidden
+        f"{e} (moves the angles by {angle.text(found.moves_arcsec[e])}, rms)" for e in found.hidden
     ]
     also = f" Not decided beside it: {listed(each)}." if each and found.kind == "changed" else ""
-    loops = _loops_differ(found) if found.foremost else ""
+    loops = _loops_differ(found, angle) if found.foremost else ""
     runs = _runs(found) if found.kind == "changed" else ""
     # Of one effect among several; of all together the angles have to move by more than the rest.
     least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
     size = (
-        f" A change that moves the angles by less than {rounded(least)} arcsec (rms) cannot be "
+        f" A change that moves the angles by less than {angle.text(least)} (rms) cannot be "
         "told beside that, even where the fitted numbers differ."
     )
-    return f"{rest}{size}{also}{runs}{loops}{_by_itself(found)}"
+    return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"
 
 
-def _rest(found: ChangeData) -> str:
+def _rest(found: ChangeData, angle: AngleUnit) -> str:
     """What the fitted effects do not follow."""
     if not found.not_followed_arcsec:
         return ""
     return (
-        f" The fitted effects leave up to {rounded(found.not_followed_arcsec)} arcsec (rms) of the "
+        f" The fitted effects leave up to {angle.text(found.not_followed_arcsec)} (rms) of the "
         "readings unexplained, the same in each run: no noise, but something that the model lacks."
     )
 
 
-def _unless(found: ChangeData) -> str:
+def _unless(found: ChangeData, angle: AngleUnit) -> str:
     """What a change rests on where no state was measured twice."""
     if found.reproducibility_arcsec is not None:
         return ""
     size = found.levels_differ_by_arcsec
-    by = "as much" if size is None else f"by {size:.3g} arcsec (standard deviation)"
+    by = "as much" if size is None else f"by {angle.text(size)} (standard deviation)"
     return (
         " This holds if the rig comes back to the same state when it is set up again, which these "
         f"readings do not show: if a state that is measured twice differs {by}, nothing changed. "
@@ -186,9 +188,9 @@ def _sure(chance: float) -> str:
     return f"probability {probability(chance)}"
 
 
-def _told(found: ChangeData, c: Changed) -> str:
+def _told(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
     known = list(zip(c.values, c.u, c.limits, strict=True))
-    pairs = [in_words((c.effect, c.parameter), value, u, c.unit) for value, u, _ in known]
+    pairs = [in_words((c.effect, c.parameter), value, u, c.unit, angle) for value, u, _ in known]
     label = pairs[0][0]
     values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
     chance = f"({_sure(c.probability)})"
@@ -217,19 +219,19 @@ def limited(value: str, limit: Limit | None) -> str:
     return value if limit is None else ends[limit]
 
 
-def _loops_differ(found: ChangeData) -> str:
+def _loops_differ(found: ChangeData, angle: AngleUnit) -> str:
     """What needs no fitted effect."""
     told = next((widths for widths in found.loops if widths.differ), None)
-    return "" if told is None else f" The measured loops changed: {_widths(found, told)}."
+    return "" if told is None else f" The measured loops changed: {_widths(found, angle, told)}."
 
 
-def _by_itself(found: ChangeData) -> str:
+def _by_itself(found: ChangeData, angle: AngleUnit) -> str:
     """What the levels have if nothing is shared: the first and the last."""
     ends = {found.levels[k]: k for k in (0, -1)}
     told = []
     for b in found.by_itself:
         words = {
-            level: in_words((b.effect, b.parameter), b.values[k], b.u[k], b.unit)
+            level: in_words((b.effect, b.parameter), b.values[k], b.u[k], b.unit, angle)
             for level, k in ends.items()
         }
         label = next(iter(words.values()))[0]
@@ -237,29 +239,30 @@ def _by_itself(found: ChangeData) -> str:
     return f" Each {_one(found)} fitted by itself: {'; '.join(told)}." if told else ""
 
 
-def _widths(found: ChangeData, loops: LoopWidths) -> str:
+def _widths(found: ChangeData, angle: AngleUnit, loops: LoopWidths) -> str:
     assert loops.may_differ is not None
     before, after = (loops.width_arcsec[i] for i in loops.may_differ)
     first, second = (found.levels[i] for i in loops.may_differ)
     return (
-        f"at +-{loops.amplitude_Nm:.3g} N m their width at zero torque is {before:.4g} arcsec "
-        f"({first}) and {after:.4g} arcsec ({second})"
+        f"at +-{loops.amplitude_Nm:.3g} N m their width at zero torque is "
+        f"{angle.text(before, 4)} ({first}) and {angle.text(after, 4)} ({second})"
     )
 
 
-def _width(width_arcsec: float, u_arcsec: float | None) -> str:
-    return f"{width_arcsec:.4g}" + ("" if u_arcsec is None else f" +- {u_arcsec:.2g}")
+def _width(width_arcsec: float, u_arcsec: float | None, angle: AngleUnit) -> str:
+    u = "" if u_arcsec is None else f" +- {angle.number(u_arcsec, 2)}"
+    return angle.number(width_arcsec, 4) + u
 
 
-def _noise(found: ChangeData) -> str:
+def _noise(found: ChangeData, angle: AngleUnit) -> str:
     if not found.noise.changed:
         return ""
     u = found.noise.u_arcsec
     if len(u) == 2:
-        sizes = f"{u[0]:.3g} to {u[1]:.3g} arcsec"
+        sizes = f"{angle.number(u[0])} to {angle.text(u[1])}"
     else:
         ends = (min(range(len(u)), key=u.__getitem__), max(range(len(u)), key=u.__getitem__))
-        sizes = " and ".join(f"{u[i]:.3g} arcsec ({found.levels[i]})" for i in ends)
+        sizes = " and ".join(f"{angle.text(u[i])} ({found.levels[i]})" for i in ends)
         sizes = f"between {sizes}"
     return f" The scatter changed: {sizes} ({_sure(found.noise.probability)})."
 
@@ -270,34 +273,34 @@ def _within(found: ChangeData) -> str:
     return f" Unchanged: {listed(told)}." if told else ""
 
 
-def _odd_level(found: ChangeData) -> str:
+def _odd_level(found: ChangeData, angle: AngleUnit) -> str:
     """What one level holds that nothing follows, and where."""
     odd = found.odd_level
     if odd is None:
         return ""
     name, other = found.levels[odd.level], found.levels[odd.other]
-    less = f"{odd.other_arcsec:.2g} arcsec" if odd.other_arcsec else "nothing"
+    less = angle.text(odd.other_arcsec, 2) if odd.other_arcsec else "nothing"
     where = "" if odd.run is None else f", most of it in run {odd.run}"
     if odd.jump_arcsec is not None:
         where += (
-            f", where the angle jumps by {rounded(abs(odd.jump_arcsec))} arcsec near "
+            f", where the angle jumps by {angle.text(abs(odd.jump_arcsec))} near "
             f"{odd.jump_Nm:.3g} N m"
         )
     return (
         f" But {name} holds something that the model does not follow with any values: it leaves "
-        f"{odd.left_arcsec:.3g} arcsec (rms) beyond the scatter{where}; {other} leaves "
+        f"{angle.text(odd.left_arcsec)} (rms) beyond the scatter{where}; {other} leaves "
         f"{less}. A change may be hidden by it, or be it: look at the readings of "
         f"{name}{'' if odd.run is None else f', run {odd.run},'} and measure again."
     )
 
 
-def _rests_differ(found: ChangeData) -> str:
+def _rests_differ(found: ChangeData, angle: AngleUnit) -> str:
     """That what no effect follows is another law from level to level."""
     if found.rests_differ_arcsec is None:
         return ""
     return (
         f" But what the fitted effects do not follow differs from {_one(found)} to {_one(found)} "
-        f"by {rounded(found.rests_differ_arcsec)} arcsec (rms) in runs with the same torques: "
+        f"by {angle.text(found.rests_differ_arcsec)} (rms) in runs with the same torques: "
         "something that the model lacks changed, or the rig was set up otherwise. Compare the "
         f"residuals of the {_one(found)}s (cbpt compare), and measure one state again."
     )
@@ -319,10 +322,10 @@ def _firm(u: Unchanged) -> bool:
     return abs(u.value) > 3 * u.within > 0
 
 
-def lines(found: ChangeData) -> Iterator[str]:
+def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
     """The whole answer."""
     kind = found.readings[0].preload_N is None
-    head, rest = headline_and_rest(found)
+    head, rest = headline_and_rest(found, angle)
     yield head
     if rest:
         yield ""
@@ -330,12 +333,12 @@ def lines(found: ChangeData) -> Iterator[str]:
     yield ""
     head = found.by or "campaign"
     rows = [
-        [level, str(len(r)), f"{rmse:.3g}", f"{u:.3g}"]
+        [level, str(len(r)), angle.number(rmse), angle.number(u)]
         for level, r, rmse, u in zip(
             found.levels, found.readings, found.rmse_arcsec, found.noise.u_arcsec, strict=True
         )
     ]
-    yield layout.table([head, "readings", "rmse_arcsec", "scatter_arcsec"], rows)
+    yield layout.table([head, "readings", f"rmse_{angle.symbol}", f"scatter_{angle.symbol}"], rows)
     fitted = listed(found.effects) if found.effects else "no effect"
     numbers = "the numbers of drive and rig within [uncertainty]"
     yield f"Fitted to {_all(found)}: {fitted}, and {numbers}."
@@ -345,21 +348,28 @@ def lines(found: ChangeData) -> Iterator[str]:
         rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
     yield layout.table(["effect or number", "", "probability of a change"], rows)
     if found.loops:
-        yield "Width of the measured loops at zero torque, arcsec:"
+        yield f"Width of the measured loops at zero torque, {angle.symbol}:"
         rows = [
-            [f"{w.amplitude_Nm:.3g}", *map(_width, w.width_arcsec, w.u_arcsec)] for w in found.loops
+            [
+                f"{w.amplitude_Nm:.3g}",
+                *(
+                    _width(width, u, angle)
+                    for width, u in zip(w.width_arcsec, w.u_arcsec, strict=True)
+                ),
+            ]
+            for w in found.loops
         ]
         yield layout.table(["amplitude_Nm", *found.levels], rows)
     if found.reproducibility_arcsec:
         yield (
-            f"A new set-up alone changes the angles by {found.reproducibility_arcsec:.3g} arcsec "
+            f"A new set-up alone changes the angles by {angle.text(found.reproducibility_arcsec)} "
             "(standard deviation); a change counts as far as it goes beyond that."
         )
     if found.changed and len(found.levels) > 2:
         rows = []
         for c in found.changed:
             pairs = [
-                in_words((c.effect, c.parameter), v, u, c.unit)
+                in_words((c.effect, c.parameter), v, u, c.unit, angle)
                 for v, u in zip(c.values, c.u, strict=True)
             ]
             cells = [
@@ -372,7 +382,7 @@ def lines(found: ChangeData) -> Iterator[str]:
         share = found.remains.get("share_of_misfit")
         told = f", {share:.0%} of the misfit" if isinstance(share, float) else ""
         yield (
-            f"After the most probable combination {found.remains['rms_arcsec']:.3g} arcsec remain"
+            f"After the most probable combination {angle.text(found.remains['rms_arcsec'])} remain"
             f"{told}, more than noise: the numbers above share that rest."
         )
     yield from (f"Note: {note}" for note in found.notes)
