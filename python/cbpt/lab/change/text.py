@@ -347,19 +347,7 @@ def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")
         rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
     yield layout.table(["effect or number", "", "probability of a change"], rows)
-    if found.loops:
-        yield f"Width of the measured loops at zero torque, {angle.symbol}:"
-        rows = [
-            [
-                f"{w.amplitude_Nm:.3g}",
-                *(
-                    _width(width, u, angle)
-                    for width, u in zip(w.width_arcsec, w.u_arcsec, strict=True)
-                ),
-            ]
-            for w in found.loops
-        ]
-        yield layout.table(["amplitude_Nm", *found.levels], rows)
+    yield from _loops(found, angle)
     if found.reproducibility_arcsec:
         yield (
             f"A new set-up alone changes the angles by {angle.text(found.reproducibility_arcsec)} "
@@ -386,3 +374,18 @@ def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
             f"{told}, more than noise: the numbers above share that rest."
         )
     yield from (f"Note: {note}" for note in found.notes)
+
+
+def _loops(found: ChangeData, angle: AngleUnit) -> Iterator[str]:
+    """The widths of the measured loops."""
+    if not found.loops:
+        return
+    yield f"Width of the measured loops at zero torque, {angle.symbol}:"
+    rows = [
+        [
+            f"{w.amplitude_Nm:.3g}",
+            *(_width(width, u, angle) for width, u in zip(w.width_arcsec, w.u_arcsec, strict=True)),
+        ]
+        for w in found.loops
+    ]
+    yield layout.table(["amplitude_Nm", *found.levels], rows)
