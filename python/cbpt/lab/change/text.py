@@ -313,7 +313,7 @@ def _not_shown(found: ChangeData) -> str:
         by_levels.setdefault(levels, []).append(effect)
     return "".join(
         f" Whether {listed(effects, 'or')} changed cannot be told: the readings of "
-        f"{listed(levels)} do not show {'it' if len(effects) == 1 else 'them'}."
+        f"{listed(levels)} determine {'it' if len(effects) == 1 else 'them'} too roughly."
         for levels, effects in by_levels.items()
     )
 
