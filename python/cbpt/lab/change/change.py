@@ -254,13 +254,14 @@ def _refused(
     may_leave_out: bool,
 ) -> str:
     """What to say of a set of effects that some levels do not show together, or each otherwise.
-    Raises what told so where no level shows them, or where the effects were named."""
+    Raises what told so where the effects were named, and no level shows them or a table lacks a
+    column."""
     blind = [name for name, one in campaigns.items() if not _shows(one, ids, forms)]
-    if not blind and may_leave_out:
-        return f"the columns that show {listed(ids)} are not in all tables"
     named = not may_leave_out
-    if len(blind) in (0, len(campaigns)) or (named and isinstance(why, ReadingsError)):
+    if named and (len(blind) in (0, len(campaigns)) or isinstance(why, ReadingsError)):
         raise why
+    if not blind:
+        return f"the columns that show {listed(ids)} are not in all tables"
     told = f"{listed(blind)}: the readings do not show {listed(ids)} together"
     if named:
         raise InvalidInputError(

@@ -276,12 +276,13 @@ def _stop_without(column: str, effect: str, readings: Readings) -> NoReturn:
 
 
 def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[Floats]:
-    """What the linear problem finds at the shapes that suit it best."""
+    """What the linear problem finds at the shapes that suit it best. An effect that would not stand
+    out from what the drive alone leaves may do so beside others."""
     library = Signatures(fitter.campaign, variants)
     signatures = library.about(null, places(fitter)) + library.far(null, places(fitter))
     screen = Screen(null, Stack(signatures))
     members = [
-        [m for m, s in enumerate(signatures) if s.variant is v and screen.usable[m]]
+        [m for m, s in enumerate(signatures) if s.variant is v and screen.shown[m]]
         for v in variants
     ]
     gains = (screen.gain(choice) for choice in product(*members))

@@ -291,16 +291,21 @@ class Screen:
         own = np.maximum(np.einsum("ij,ij->j", seen, seen), 1e-300)
         # Seen at all: beyond rounding, and by a standard uncertainty at the largest plausible size.
         size = np.diagonal(self.gram)
-        alive = stack.finite & (size > 1e-12 * own)
-        alive &= np.sqrt(np.maximum(size, 0)) * stack.high > 1
-        count = np.add.reduceat(alive.astype(np.int64), stack.first)
-        self.usable = np.where(stack.narrow, count == stack.width, count > 0)
-        """Of each signature: whether the readings could see it at all."""
+        own_way = stack.finite & (size > 1e-12 * own)
+        self.shown = self._of_all(own_way)
+        """Of each signature: whether the readings depend on it otherwise than on the unknowns."""
+        self.usable = self._of_all(own_way & (np.sqrt(np.maximum(size, 0)) * stack.high > 1))
+        """Of each signature: whether its largest size would stand out from the scatter."""
         self.gram[np.diag_indices_from(self.gram)] += 1e-9 * own
         self.surviving = np.sqrt(np.clip(np.diagonal(self.gram) / own, 0, 1))
         """Of each column: the share of it that a refit of the unknowns leaves."""
         self.projection = seen.T @ margin.left(margin.y)
         self.dof = len(margin.y)
+
+    def _of_all(self, columns: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Of each signature: whether it has all of its columns, or one of a lot."""
+        count = np.add.reduceat(columns.astype(np.int64), self.stack.first)
+        return np.where(self.stack.narrow, count == self.stack.width, count > 0)
 
     def single(self, member: int, projection: Floats | None = None) -> Gain:
         """One signature alone."""
