@@ -252,22 +252,53 @@ def _added(effect: str, value: float, time_s: Floats, torque_Nm: Floats) -> Floa
     if effect == "torque_hysteresis":
         run = np.zeros(len(torque_Nm), dtype=np.int64)
         return np.asarray(np.sign(value) * (torque_Nm - following(torque_Nm, abs(value), run)))
-    after = np.r_[np.arange(1, len(time_s)), len(time_s) - 1]
-    before = np.r_[0, np.arange(len(time_s) - 1)]
-    rate = (torque_Nm[after] - torque_Nm[before]) / (time_s[after] - time_s[before])
-    rate[0] = 0.0  # from rest
+    arriving, leaving = _rates(time_s, torque_Nm)
     if effect == "torque_lag":
-        return np.asarray(value * rate)
-    late = solve_ivp(
-        lambda t, m: -np.interp(t, time_s, rate) - m / value,
-        (time_s[0], time_s[-1]),
-        [0.0],
-        t_eval=time_s,
-        rtol=1e-11,
-        atol=1e-13,
-        max_step=float(np.diff(time_s).min()),
-    )
-    return np.asarray(late.y[0])
+        return np.asarray(value * arriving)
+    late = [0.0]
+    for i in range(len(time_s) - 1):
+        span_s = float(time_s[i + 1] - time_s[i])
+        change = (arriving[i + 1] - leaving[i]) / span_s
+        step = solve_ivp(
+            _late_by(value, float(leaving[i]), float(change)),
+            (0.0, span_s),
+            [late[-1]],
+            rtol=1e-11,
+            atol=1e-13,
+        )
+        late.append(float(step.y[0, -1]))
+    return np.array(late)
+
+
+def _late_by(tau_s: float, rate: float, change: float) -> Callable[[float, Floats], Floats]:
+    """What a load late by so much adds to a torque whose rate begins so and changes so."""
+
+    def slope(time_s: float, added: Floats) -> Floats:
+        return np.asarray(-rate - change * time_s - added / tau_s)
+
+    return slope
+
+
+def _rates(time_s: Floats, torque_Nm: Floats) -> tuple[Floats, Floats]:
+    """With which the torque of a run from rest arrives at each reading and leaves it."""
+    step = np.diff(torque_Nm) / np.diff(time_s)
+    change = np.diff(step, prepend=np.nan)
+    middle = np.r_[np.nan, (torque_Nm[2:] - torque_Nm[:-2]) / (time_s[2:] - time_s[:-2]), np.nan]
+    arriving, leaving = middle.copy(), middle.copy()
+    for i in range(2, len(time_s) - 2):
+        before, behind = step[i - 1], step[i]
+        if abs(behind - before) > 2 * (abs(change[i - 1]) + abs(change[i + 1])):
+            arriving[i] = before + change[i - 1] * (
+                (time_s[i] - time_s[i - 1]) / (time_s[i] - time_s[i - 2])
+            )
+            leaving[i] = behind - change[i + 1] * (
+                (time_s[i + 1] - time_s[i]) / (time_s[i + 2] - time_s[i])
+            )
+    arriving[0], arriving[-1] = 0.0, step[-1]
+    leaving[0] = step[0]
+    if step[0] * step[1] > 0:
+        leaving[0] -= change[1] * (time_s[1] - time_s[0]) / (time_s[2] - time_s[0])
+    return arriving, leaving
 
 
 @pytest.mark.parametrize("case", CASES)

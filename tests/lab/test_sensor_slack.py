@@ -8,6 +8,7 @@ witness.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -66,6 +67,25 @@ def test_friction_that_turns_over_at_once_is_no_certain_torque_sensor() -> None:
     load = following(TABLE.torque_Nm, 0.3, TABLE.run_index)
     found = cbpt.diagnose(CASE, read(plain(load)))
     assert "friction_hysteresis" in told(found), found.sentence
+
+
+@pytest.mark.parametrize("tau_s", [1.0, 4.0])
+def test_a_damper_on_a_triangle_is_no_friction(tau_s: float) -> None:
+    """At one rate both are a loop of one width, but for where the torque turns: there the angle is
+    as late as ever. A torque that turns slowly was assumed, and friction was certain."""
+    assert TABLE.time_s is not None
+    load = TABLE.torque_Nm.copy()
+    for run in np.unique(TABLE.run_index):
+        rows = np.flatnonzero(TABLE.run_index == run)
+        for before, now in pairwise(rows.tolist()):
+            step_s = TABLE.time_s[now] - TABLE.time_s[before]
+            steady = tau_s * (TABLE.torque_Nm[now] - TABLE.torque_Nm[before]) / step_s
+            late = (load[before] - TABLE.torque_Nm[before] + steady) * np.exp(-step_s / tau_s)
+            load[now] = TABLE.torque_Nm[now] - steady + late
+    found = cbpt.diagnose(CASE, read(plain(load)))
+    assert found.verdict.effects == ("damping",), found.sentence
+    value = found.parameters(found.after, "damping")["time_constant_s"]
+    assert value["value"] == pytest.approx(tau_s, abs=3 * value["u"])
 
 
 def test_a_warm_up_is_no_certain_run_in() -> None:

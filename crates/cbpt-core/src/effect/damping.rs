@@ -1,14 +1,14 @@
 //! An angle that is late: a damper beside the stiffness, or a slow angle sensor.
 //!
 //! The load that turns the reducer is tau dM/dt = M0 - M, with tau the damping over the stiffness (Kelvin and Voigt). What it
-//! adds is m = M - M0. With the rates r of the torque as in [`super::torque_lag`], which go straight between readings, m is
+//! adds is m = M - M0. With the rates r of the torque as in [`super::torque_rate`], which go straight between readings, m is
 //! q + (m1 - q1) exp(-dt/tau) after m1, with q = tau (tau dr/dt - r); -tau r for a short time. A run begins at rest, m = 0, or
 //! moves, m = q.
 
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
-use super::torque_lag::{STARTS_MOVING, rates_Nm_per_s};
+use super::torque_lag::{STARTS_MOVING, rates_of};
 use crate::units::Quantity;
 
 /// The effect.
@@ -36,15 +36,16 @@ pub static SPEC: Spec = Spec {
 
 fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
     let (tau_s, starts_moving) = (own[0], own[1].value);
-    let rates = rates_Nm_per_s(run, starts_moving);
+    let rates = rates_of(run, starts_moving);
     let passed_s = |place: usize| run[place].run_time_s - run[place - 1].run_time_s;
-    // What is added after a long time at a rate that changes as it does over the step to a reading.
-    let steady = |rate: f64, place: usize| {
-        let change = (rates[place] - rates[place - 1]) / passed_s(place);
-        tau_s * (tau_s * change - Dual::constant(rate))
+    // What is added after a long time at a rate that changes as it does over the step to a reading, at its end and at its start.
+    let steady = |place: usize| {
+        let (start, end) = (rates[place - 1].leaving_Nm_per_s, rates[place].arriving_Nm_per_s);
+        let change = (end - start) / passed_s(place);
+        [end, start].map(|rate| tau_s * (tau_s * change - Dual::constant(rate)))
     };
     let moves = run.len() > 1 && passed_s(1) > 0.0;
-    let mut added = vec![if moves { steady(rates[0], 1) * starts_moving } else { Dual::constant(0.0) }];
+    let mut added = vec![if moves { steady(1)[1] * starts_moving } else { Dual::constant(0.0) }];
     for place in 1..run.len() {
         let before = added[place - 1];
         if passed_s(place) <= 0.0 {
@@ -52,9 +53,10 @@ fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
             continue;
         }
         // Without damping nothing is left of what was before.
-        let start = before - steady(rates[place - 1], place);
+        let [at_end, at_start] = steady(place);
+        let start = before - at_start;
         let kept = if tau_s.value > 0.0 { start * left(tau_s, passed_s(place)) } else { Dual::constant(0.0) };
-        added.push(steady(rates[place], place) + kept);
+        added.push(at_end + kept);
     }
     added
 }
@@ -82,7 +84,7 @@ mod tests {
     #[test]
     fn it_follows_its_equation() {
         let tau_s = 0.7;
-        let rates = [0.0, 0.5, 0.75, 0.75, -0.25, -1.0];
+        let rates = [0.5, 0.5, 0.75, 0.75, -0.25, -1.0];
         let mut expected = vec![0.0];
         let mut m: f64 = 0.0;
         for (place, pair) in RAMP.windows(2).enumerate() {
@@ -98,6 +100,24 @@ mod tests {
         }
         for (found, expected) in added_late(&SPEC, tau_s).iter().zip(&expected) {
             assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+        }
+    }
+
+    /// From rest, up and back: the closed form of each leg.
+    #[test]
+    fn a_triangle_is_followed_exactly() {
+        let (tau_s, rate) = (5.0, 0.8);
+        let run: Vec<(f64, f64)> =
+            (0..21).map(|i| (f64::from(i), rate * f64::from(10 - (i - 10_i32).abs()))).collect();
+        let found = torques(&SPEC, &[Dual::constant(tau_s), Dual::constant(0.0)], &run);
+        let turn = -tau_s * rate * (1.0 - (-10.0 / tau_s).exp());
+        for (found, (time_s, _)) in found.iter().zip(&run) {
+            let expected = if *time_s <= 10.0 {
+                -tau_s * rate * (1.0 - (-time_s / tau_s).exp())
+            } else {
+                tau_s * rate + (turn - tau_s * rate) * (-(time_s - 10.0) / tau_s).exp()
+            };
+            assert!((found.value - expected).abs() < 1e-12, "{time_s}: {} {expected}", found.value);
         }
     }
 

@@ -9,6 +9,7 @@
 //! - `friction_limit`: the parameters of the largest friction torque;
 //! - [`lag`]: the temperature of a part that follows the measured one;
 //! - `play`: what follows a value through a slack;
+//! - [`torque_rate`]: how fast the torque of a run changes at its readings;
 //! - [`own`]: effects of the user's own, which are no part of the table.
 //!
 //! Ports act in the order load, gap, contact, series, reading; the errors of torque and preload readings change the row
@@ -22,6 +23,7 @@ pub mod own;
 mod play;
 pub mod port;
 pub mod spec;
+pub mod torque_rate;
 
 pub mod backlash;
 pub mod ball_diameter_lot;

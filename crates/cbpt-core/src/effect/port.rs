@@ -20,8 +20,8 @@ pub struct Row {
     pub run_time_s: f64,
     /// Time since the reading before in the run, s; 0 of the first.
     pub step_time_s: f64,
-    /// The torque's rate at the reading over its mean rate since the reading before, 0 to 2: the rate at a reading is that from
-    /// the reading before to the one behind, none where the torque turns. 1 where there is none behind, or the torque held.
+    /// The rate with which the torque arrives at the reading ([`super::torque_rate`]) over its mean rate since the reading before,
+    /// 0 to 2. 1 where there is none behind, or the torque held.
     pub rate_share: f64,
     /// Temperature less that of the first reading, K; 0 where none was read.
     pub temperature_difference_K: f64,

@@ -3,7 +3,7 @@
 //! Tf = Tf0 sgn(w) (1 - exp(-|w|/w0)) with w the rate of the total angle at the reading: viscous, Tf0 w/w0, far below
 //! the rate w0, and at most the torque at which the lubricant shears off. It has no memory. Beside `friction_hysteresis` it is what
 //! a faster ramp adds to the loop: a loop of the swing A at the rate w takes 2 Tf A more. w is the mean rate since the reading before
-//! times what is left of the torque's rate at the reading ([`Row::rate_share`]): nothing where the torque turns. Without time
+//! times what is left of the torque's rate at the reading ([`Row::rate_share`]): nothing where it turns slowly. Without time
 //! since the reading before, as at the first of a run, it adds nothing.
 
 use super::dual::Dual;

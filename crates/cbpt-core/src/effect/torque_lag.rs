@@ -1,13 +1,13 @@
 //! A torque that is shown late: by a sensor or a filter of first order, M0 = M_read + tau r with r = dM_read/dt.
 //!
-//! r at a reading is the rate from the reading before to the one behind, so that the noise of a torque reading has no share in
-//! what is added to it; at the last that from the one before. A run begins at rest, r = 0, or while the torque changes: r is then
-//! that of the first two steps, gone on to the first reading, or of the first where the torque turns after it. Where no time
-//! passes nothing is added. An angle that is late is [`super::damping`].
+//! r at a reading is the rate with which the torque arrives at it ([`super::torque_rate`]). A run begins at rest, r = 0, or while
+//! the torque changes: r is then that of the first two steps, gone on to the first reading, or of the first where the torque
+//! turns after it. Where no time passes nothing is added. An angle that is late is [`super::damping`].
 
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
+use super::torque_rate::{Rate, rates};
 use crate::units::Quantity;
 
 /// How runs begin.
@@ -39,26 +39,24 @@ pub static SPEC: Spec = Spec {
 };
 
 fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
-    rates_Nm_per_s(run, own[1].value).into_iter().map(|rate| own[0] * rate).collect()
+    rates_of(run, own[1].value).into_iter().map(|rate| own[0] * rate.arriving_Nm_per_s).collect()
 }
 
-/// At which the torque of a run changes, at each reading; at the first by how the run starts.
-pub(super) fn rates_Nm_per_s(run: &[Row], starts_moving: f64) -> Vec<f64> {
+/// At which the torque of a run changes, at each reading; it arrives at the first by how the run starts.
+pub(super) fn rates_of(run: &[Row], starts_moving: f64) -> Vec<Rate> {
+    let time_s: Vec<f64> = run.iter().map(|row| row.run_time_s).collect();
+    let torque_Nm: Vec<f64> = run.iter().map(|row| row.torque_Nm).collect();
+    let mut found = rates(&time_s, &torque_Nm);
     let last = run.len() - 1;
     let between = |first: usize, second: usize| {
-        let passed_s = run[second].run_time_s - run[first].run_time_s;
-        if passed_s > 0.0 { (run[second].torque_Nm - run[first].torque_Nm) / passed_s } else { 0.0 }
+        let passed_s = time_s[second] - time_s[first];
+        if passed_s > 0.0 { (torque_Nm[second] - torque_Nm[first]) / passed_s } else { 0.0 }
     };
-    let at_first = || {
-        let (one, two) = (between(0, last.min(1)), between(last.min(1), last.min(2)));
-        let share = (run[last.min(1)].run_time_s - run[0].run_time_s)
-            / (run[last.min(2)].run_time_s - run[0].run_time_s).max(f64::MIN_POSITIVE);
-        if one * two > 0.0 { one + (one - two) * share } else { one }
-    };
-    let rate = |place: usize| {
-        if place == 0 { starts_moving * at_first() } else { between(place - 1, last.min(place + 1)) }
-    };
-    (0..=last).map(rate).collect()
+    let (one, two) = (between(0, last.min(1)), between(last.min(1), last.min(2)));
+    let share = (time_s[last.min(1)] - time_s[0]) / (time_s[last.min(2)] - time_s[0]).max(f64::MIN_POSITIVE);
+    let first = if one * two > 0.0 { one + (one - two) * share } else { one };
+    found[0] = Rate { arriving_Nm_per_s: starts_moving * first, leaving_Nm_per_s: first };
+    found
 }
 
 #[cfg(test)]

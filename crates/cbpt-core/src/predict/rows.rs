@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 use crate::drive::Load;
 use crate::effect::port::Row;
+use crate::effect::torque_rate::{Rate, rates};
 use crate::error::{InvalidInput, require, require_positive};
 
 /// Columns of a table of readings, all of one length.
@@ -168,7 +169,7 @@ impl Rows {
         let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
         for (runs_done, run) in runs.iter().enumerate() {
             let mut in_run: f64 = 0.0;
-            for (number, &place) in run.iter().enumerate() {
+            for (number, (&place, rate_share)) in run.iter().zip(rate_shares(columns, run)).enumerate() {
                 in_run = in_run.max(columns.torque_Nm[place].abs());
                 let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[first]);
                 this.rows.push(Row {
@@ -179,7 +180,7 @@ impl Rows {
                     time_s: columns.time_s[place] - columns.time_s[first],
                     run_time_s: columns.time_s[place] - columns.time_s[run[0]],
                     step_time_s: columns.time_s[place] - columns.time_s[run[number.saturating_sub(1)]],
-                    rate_share: rate_share(columns, run, number),
+                    rate_share,
                     temperature_difference_K: temperature,
                     largest_torque_share: shares[place],
                     largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
@@ -363,15 +364,19 @@ fn by_time(runs: &mut [Vec<usize>], time_s: &[f64]) -> bool {
     true
 }
 
-/// [`Row::rate_share`] of a reading of a run.
-fn rate_share(columns: &Columns<'_>, run: &[usize], number: usize) -> f64 {
-    let Some(before) = number.checked_sub(1).map(|before| run[before]) else { return 1.0 };
-    let (now, Some(&behind)) = (run[number], run.get(number + 1)) else { return 1.0 };
-    let rate = |from: usize, to: usize| {
-        (columns.torque_Nm[to] - columns.torque_Nm[from]) / (columns.time_s[to] - columns.time_s[from])
+/// [`Row::rate_share`] of all readings of a run.
+fn rate_shares(columns: &Columns<'_>, run: &[usize]) -> Vec<f64> {
+    let time_s: Vec<f64> = run.iter().map(|place| columns.time_s[*place]).collect();
+    let torque_Nm: Vec<f64> = run.iter().map(|place| columns.torque_Nm[*place]).collect();
+    let share = |(number, rate): (usize, Rate)| {
+        if number == 0 || number + 1 == run.len() {
+            return 1.0;
+        }
+        let mean = (torque_Nm[number] - torque_Nm[number - 1]) / (time_s[number] - time_s[number - 1]);
+        let share = rate.arriving_Nm_per_s / mean;
+        if share.is_finite() { share.clamp(0.0, 2.0) } else { 1.0 }
     };
-    let share = rate(before, behind) / rate(before, now);
-    if share.is_finite() { share.clamp(0.0, 2.0) } else { 1.0 }
+    rates(&time_s, &torque_Nm).into_iter().enumerate().map(share).collect()
 }
 
 /// Sense of the torque's last change before a reading of a run; the first takes the value of the next.

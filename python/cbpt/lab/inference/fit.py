@@ -197,7 +197,8 @@ class Fitter:
         bound: float = np.inf,
         base: Fit | None = None,
     ) -> Fit | None:
-        """The most probable values of a hypothesis; None where the model has no solution.
+        """The most probable values of a hypothesis; None where the model has no solution, or its
+        forms contradict each other.
 
         A pure function: nothing that was fitted before changes a bit of what it returns.
 
@@ -212,6 +213,8 @@ class Fitter:
             the readings worse: of a form that hardly shows when small the linear problem asks for
             sizes that the model does not follow (Nocedal and Wright 2006, section 3.1).
         """
+        if hypothesis.contradicts_itself:
+            return None
         unknowns = self.unknowns(hypothesis)
         how = _How(start, noise, free_noise, bound, base)
         found = self._fit(hypothesis, unknowns, how)

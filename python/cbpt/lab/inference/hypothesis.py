@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cbpt.lab.model.priors import Shape, Variant
+from cbpt.lab.model.priors import STARTS_MOVING, Shape, Variant
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,11 @@ class Hypothesis:
     def effects(self) -> tuple[str, ...]:
         """Ids, sorted."""
         return tuple(sorted(v.effect for v in self.variants))
+
+    @property
+    def contradicts_itself(self) -> bool:
+        """Whether its forms have runs begin both at rest and while the torque changes."""
+        return len({dict(v.fixed).get(STARTS_MOVING, 0.0) for v in self.variants if v.late}) > 1
 
 
 def unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:

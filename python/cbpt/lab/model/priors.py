@@ -21,6 +21,7 @@ from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
 ARCSEC = np.pi / 648000.0
+STARTS_MOVING = "starts_moving"
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,11 @@ class Variant:
         # A friction that follows the preload.
         needed += ["preload_N"] if "friction_radius_m" in self.sizes else []
         return next((column for column in needed if getattr(readings, column) is None), "")
+
+    @property
+    def late(self) -> bool:
+        """Whether it depends on how runs begin."""
+        return STARTS_MOVING in _PARAMETERS.get(self.effect, {})
 
     @property
     def label(self) -> str:
@@ -389,7 +395,7 @@ def torque_lags(torque_Nm: float, rate_Nm_per_s: float) -> tuple[Variant, ...]:
     return tuple(
         Variant(effect, (size,), low, high, needs="time_s", scaled=True, fixed=start, name=name)
         for effect, size in (("torque_lag", "lag_s"), ("damping", "time_constant_s"))
-        for start, name in (((), ""), ((("starts_moving", 1.0),), "from moving starts"))
+        for start, name in (((), ""), (((STARTS_MOVING, 1.0),), "from moving starts"))
     )
 
 
