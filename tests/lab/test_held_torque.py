@@ -55,6 +55,31 @@ def test_scatter_of_the_sensor_is_no_friction(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
+def test_levels_that_come_again_have_one_torque(seed: int) -> None:
+    """Loops by dead weights through the same five levels, one reading each, and a torque sensor
+    that scatters. About each level what is left is a function of the torque that was read, so an
+    effect without a name was certain."""
+    steps = np.array([0.0, 3.0, 6.0, 3.0, 0.0, -3.0, -6.0, -3.0, 0.0])
+    runs = 24
+    preload = np.repeat(np.tile([400.0, 600.0, 900.0], 8), len(steps))
+    table = {
+        "run": np.repeat(np.arange(1.0, runs + 1), len(steps)),
+        "time_s": np.arange(float(runs * len(steps))) * 5,
+        "torque_Nm": np.tile(steps, runs),
+        "preload_N": preload,
+        "input_angle_deg": np.repeat(np.arange(runs) * 15.0 % 360, len(steps)),
+        "elastic_angle_arcsec": np.zeros(runs * len(steps)),
+    }
+    read = cbpt.simulate(
+        CASE, cbpt.read_readings(table), u_elastic_angle_arcsec=0.2, seed=seed, noise="white"
+    )
+    found = cbpt.diagnose(CASE, scattered(read, seed))
+    assert found.verdict.kind in ("complete", "rig"), found.sentence
+    assert found.verdict.effects == ()
+    assert any("about the levels that it is set to" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("seed", range(3))
 def test_the_error_of_a_mean_torque_is_no_effect(seed: int) -> None:
     """It moves the readings of a hold together, by more than they scatter."""
     read = cbpt.simulate(CASE, held(LEVELS_Nm), u_elastic_angle_arcsec=0.03, seed=seed)

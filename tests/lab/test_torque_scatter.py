@@ -3,6 +3,7 @@ angle, where the angle does not follow it."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
 from cbpt.lab.model.dataset import Campaign
+from common.comparisons import EXAMPLES
 
 Floats = NDArray[np.float64]
 DATA = Path(__file__).parents[1] / "data" / "independent"
@@ -69,6 +71,28 @@ def test_torque_noise_alone_is_told_as_such(seed: int, u_arcsec: float) -> None:
     assert {"torque_noise"} <= set(found.verdict.noise) <= {"torque_noise", "outliers"}
     made = float(np.median(found.competition.campaign.u_arcsec))
     assert made == pytest.approx(np.hypot(u_arcsec, 0.15 * 3600 / 11), rel=0.25)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_torque_noise_of_a_ball_drive_is_no_effect_without_a_name(seed: int) -> None:
+    """Ramps that are alike: their time and their rate tell the true torque better than the column,
+    and what was a function of those was certain."""
+    ramp_Nm = np.linspace(0.0, 8.0, 30)
+    runs = 8
+    table = {
+        "run": np.repeat(np.arange(1.0, runs + 1), len(ramp_Nm)),
+        "time_s": np.arange(float(runs * len(ramp_Nm))) * 4,
+        "torque_Nm": np.tile(ramp_Nm, runs),
+        "preload_N": np.repeat([400.0, 500.0, 650.0, 800.0] * 2, len(ramp_Nm)),
+        "input_angle_deg": np.repeat(np.arange(runs) * 45.0, len(ramp_Nm)),
+        "elastic_angle_arcsec": np.zeros(runs * len(ramp_Nm)),
+    }
+    drive = EXAMPLES / "campaign.toml"
+    read = cbpt.simulate(drive, cbpt.read_readings(table), u_elastic_angle_arcsec=0.2, seed=seed)
+    noisy = read.torque_Nm + 0.15 * noise(len(read), seed + 20)
+    found = cbpt.diagnose(drive, replace(read, torque_Nm=noisy))
+    assert found.verdict.kind in ("complete", "rig"), found.sentence
+    assert found.verdict.effects == ()
 
 
 def test_scatter_counts_by_the_slope_of_the_curve() -> None:

@@ -161,7 +161,7 @@ def change(
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
-        weighed = _weighed(candidates, count, bool(states), tell)
+        weighed = _weighed(candidates, count, bool(states), () if effects is None else ids[0], tell)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -355,22 +355,27 @@ def _weighed(
     candidates: Sequence[Levels],
     count: Callable[[Levels], Levels],
     state_repeated: bool,
+    named: Collection[str],
     tell: Progress,
 ) -> Weighed | None:
     """What may have changed by every set of effects and, where something did, by what may stand in
-    its place. state_repeated: whether what a new set-up changes is known from repeated states."""
-    weighed = _searched_through(candidates, count, tell)
+    its place; effects that were named stay. state_repeated: whether what a new set-up changes is
+    known from repeated states."""
+    weighed = _searched_through(candidates, count, named, tell)
     return weighed if weighed is None or state_repeated else counted_once(weighed)
 
 
 def _searched_through(
-    candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
+    candidates: Sequence[Levels],
+    count: Callable[[Levels], Levels],
+    named: Collection[str],
+    tell: Progress,
 ) -> Weighed | None:
     choices = _searched(candidates, count, part_of(tell, _FITTED, _WEIGHED))
     weighed = weigh(choices)
     if weighed is None or weighed.something < RULES.certain:
         return weighed
-    offered = with_stand_ins(weighed, part_of(tell, _WEIGHED, _OFFERED))
+    offered = with_stand_ins(weighed, named, part_of(tell, _WEIGHED, _OFFERED))
     more = _searched(offered, count, part_of(tell, _OFFERED, _TRIED))
     every = [*choices, *filter(plausible, more)]
     return weigh(_searched_whole(every, part_of(tell, _TRIED, 1.0)))

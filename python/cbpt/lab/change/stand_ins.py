@@ -15,7 +15,7 @@ does with the rate: then nothing has changed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -42,14 +42,16 @@ _INSTRUMENTS = {
 """Errors of instruments (zeros, lags, curves, drifts), and what looks like a lag."""
 
 
-def with_stand_ins(weighed: Weighed, tell: Progress = untold) -> list[Levels]:
+def with_stand_ins(
+    weighed: Weighed, named: Collection[str] = (), tell: Progress = untold
+) -> list[Levels]:
     """Sets of effects in which one more may have changed in place of what most probably did; those
-    that follow the levels by far worse are left."""
+    that follow the levels by far worse are left. named: effects that stay."""
     best = next(choice for choice in weighed.choices if choice.changed)
     have = [v.effect for v in best.levels.variants]
     tried = _INSTRUMENTS | set(proposed_for_springs(best.levels))
     forms = forms_of(best.levels, sorted(tried - PRIORS.keys() - set(have)))
-    places = (None, *(effect for effect in have if effect in best.changed))
+    places = (None, *(e for e in have if e in best.changed and e not in named))
     sets = list(product(forms, places))
     found = []
     for number, (form, place) in enumerate(sets):

@@ -4,6 +4,8 @@ coefficients.
 Artefact        one of a kind, with the size that it has
 random_walk     the zero wanders in absolute time; in a table without times from reading to reading
 first_reading   the first reading of every run is off, say before a clamp has settled
+(torque_errors) what the errors of torques do that are means or polynomials through what a
+                sensor showed (`diagnosis.held_torque`, `ramped_torque`)
 gains_of        log likelihood that an artefact gains where all else has been taken out
 without         readings less what an artefact most probably does to them
 
@@ -24,8 +26,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.symmetric import eigen
+
 Floats = NDArray[np.float64]
-Kind = Literal["random_walk", "first_reading"]
+Kind = Literal["random_walk", "first_reading", "torque_errors"]
 
 _TERMS = 16
 """Of the expansion of a random walk: they hold 97 % of its variance."""
@@ -80,7 +84,7 @@ def first_reading(before: NDArray[np.int64]) -> Artefact | None:
 def gains_of(gram: Floats, projection: Floats, sizes: Floats) -> Floats:
     """Of columns U by their products U'U (k, k) and with the readings U'y (k,), all whitened, and
     whatever else is free taken out; at s sizes, shape (s,)."""
-    values, axes = np.linalg.eigh(gram)
+    values, axes = eigen(gram)
     square = sizes[:, None] ** 2
     grown = 1 + square * np.maximum(values, 0.0)
     explained = square * (axes.T @ projection) ** 2 / grown

@@ -41,6 +41,10 @@ class _Limits:
     """
     price: float = 3.0
     """What a correlation has to gain in log-likelihood."""
+    fewest_of_median: int = 24
+    """Degrees of freedom from which on the typical variance is a median. Of fewer it may be far
+    less than their mean by chance, and then those that are not are taken for kinks.
+    """
     efficiency: float = 0.6
     """A median of variances is known as well as a mean of this share of the degrees of
     freedom.
@@ -222,7 +226,7 @@ def _typical(variances: list[Floats], groups: list[Ints]) -> float:
     """Median of the variances by their degrees of freedom, as an estimate of their mean."""
     free = np.concatenate([np.full(len(g), float(_free(g.shape[1]))) for g in groups])
     values = np.concatenate(variances)
-    if len(values) < 6:
+    if free.sum() < _LIMITS.fewest_of_median:
         return float(np.average(values, weights=free))
     # Wilson and Hilferty: the median of chi-squared is (1 - 2/(9 d))^3 of its mean.
     values = values / (1 - 2 / (9 * free)) ** 3

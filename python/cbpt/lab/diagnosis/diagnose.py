@@ -35,6 +35,7 @@ from cbpt.lab.diagnosis.fit_text import (
 )
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.preflight_units import input_side
+from cbpt.lab.diagnosis.ramped_torque import ramped_torque
 from cbpt.lab.diagnosis.rarer import by_prior_odds_alone
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
@@ -270,6 +271,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     _stop_if_a_slip(campaign, model)
     _stop_if_it_does_not_follow(campaign, model)
     campaign, told = held_torque(campaign, _as_given)
+    if not told and campaign.drive.kind == "ball_drive":
+        campaign, told = ramped_torque(campaign, _as_given)
     if told:
         model = _as_given(campaign)
     notes += told
@@ -300,19 +303,18 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
 
 def _uncertain(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:
     """What readings scatter by, from all that tells it, and what is to be said of that."""
-    if campaign.drive.kind != "torsion_spring":
-        campaign, notes = _believed(campaign, model)
-        return _repeated(campaign, model), notes
-    notes = []
-    if campaign.u_stated:
+    notes = list[str]()
+    # The mean torques of holds and ramps scatter no more.
+    smooth = campaign.held is not None or campaign.torque_errors is not None
+    if campaign.u_stated and not smooth:
         campaign, notes = with_torque_scatter(campaign)
     campaign, told = _believed(campaign, model)
     campaign = _repeated(campaign, model)
-    if campaign.u_stated:
+    if campaign.u_stated or campaign.drive.kind != "torsion_spring":
         return campaign, notes + told
     if not campaign.u_repeated:
         campaign = _of_the_scatter(campaign, model)
-    return with_torque_scatter(campaign)
+    return (campaign, []) if smooth else with_torque_scatter(campaign)
 
 
 def _with_loose_runs(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:

@@ -1,6 +1,8 @@
 """Torques that were held: whether the scatter of their readings is the torque's or the sensor's.
 
-held_torque  a campaign with the mean torque of each hold, where the angle does not follow
+held_torque  a campaign with the mean torque of each hold, each level that comes again or each
+             place in runs that are alike, where the angle does not follow
+with_torque_errors  one with what the errors of its torques make of the angles
 
 An angle that follows a torque follows its scatter as well. Where it does not, the scatter is the
 sensor's, and it would not stay noise: what goes by the sense of loading follows the sense of the
@@ -16,10 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.artefacts import Artefact
 from cbpt.lab.covariance.linear_gaussian import Held
 from cbpt.lab.model.dataset import Campaign
 
-__all__ = ["held_torque"]
+__all__ = ["held_torque", "with_torque_errors"]
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +35,10 @@ class _Limits:
     """Readings of a hold."""
     jump: float = 5.0
     """Steps of the torque from which a hold ends, in typical steps of the run."""
+    apart: float = 2.0
+    """Gap between levels, in widest gaps between readings of one level."""
+    columns: int = 64
+    """Errors of torques that are told apart from scatter, at most."""
     aimless: float = 0.55
     """Mean square of the steps of scatter, over twice its variance, is 1 (von Neumann 1941); of
     a ramp or a small loop less than this."""
@@ -48,15 +55,41 @@ _LIMITS = _Limits()
 def held_torque(
     campaign: Campaign, model: Callable[[Campaign], Floats]
 ) -> tuple[Campaign, list[str]]:
-    """The campaign with the mean torque of each hold where that is what was held, and a note.
+    """The campaign with the mean torque of each hold where that is what was held, and a note; or
+    with that of each level to which the torque was set again and again, or of each place in runs
+    that are alike.
 
     model: the case at every reading of a campaign, arcsec.
     """
+    ways = [(_holds, "while the torque is held", "each hold")]
+    if campaign.drive.kind == "ball_drive":
+        # A loop with play or a stop hardly tells whether the angle follows.
+        ways.append((_levels, "about the levels that it is set to", "each level"))
+        ways.append((_places, "about what runs that are alike have there", "each place in a run"))
+    for find, while_, of_each in ways:
+        held = _at_means(campaign, model, *find(campaign), comes_again=find is not _holds)
+        if held is not None:
+            other, scatter_Nm = held
+            return other, [
+                f"the torque readings scatter by {scatter_Nm:.2g} N m {while_}, and the angle does "
+                f"not follow: the mean of {of_each} is used, with its uncertainty"
+            ]
+    return campaign, []
+
+
+def _at_means(
+    campaign: Campaign,
+    model: Callable[[Campaign], Floats],
+    hold: NDArray[np.int64],
+    long: NDArray[np.bool_],
+    comes_again: bool,
+) -> tuple[Campaign, float] | None:
+    """The campaign with the mean torque of each hold, and by how much torques scatter about it;
+    None where the angle follows that. comes_again: whether holds go through many runs."""
     torque = campaign.readings.torque_Nm
-    hold, long = _holds(campaign)
     dof = int(np.count_nonzero(long)) - len(np.unique(hold[long]))
     if dof < _LIMITS.fewest_dof:
-        return campaign, []
+        return None
     mean = np.where(long, _means(torque, hold), torque)
     other = _at(campaign, mean)
     at_mean = model(other)
@@ -65,21 +98,37 @@ def held_torque(
     off = (off - _means(off, hold))[long]
     size = float(follows @ follows)
     if not size > 0:
-        return campaign, []
+        return None
     gain = float(follows @ off) / size
     rest = off - gain * follows
     u_gain = float(np.sqrt(rest @ rest / (dof - 1) / size))
     if gain + _LIMITS.sigmas * u_gain > _LIMITS.follows:
-        return campaign, []
-    scatter = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
-    u_mean = np.where(long, scatter / np.sqrt(np.bincount(hold)[hold]), 0.0)
+        return None
+    scatter_Nm = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
+    u_mean = np.where(long, scatter_Nm / np.sqrt(np.bincount(hold)[hold]), 0.0)
     moved = 0.5 * np.abs(model(_at(campaign, mean + u_mean)) - model(_at(campaign, mean - u_mean)))
     # Beside the torque at which the balls slip the model has no solution on one side.
-    error = Held(np.where(np.isfinite(moved), moved, np.nanmax(moved)), hold)
-    return replace(other, held=error), [
-        f"the torque readings scatter by {scatter:.2g} N m while the torque is held, and the angle "
-        "does not follow: the mean of each hold is used, with its uncertainty"
-    ]
+    moved = np.where(np.isfinite(moved), moved, np.nanmax(moved))
+    if comes_again:
+        return with_torque_errors(other, moved[:, None] * _members(hold, long)), scatter_Nm
+    return replace(other, held=Held(moved, hold)), scatter_Nm
+
+
+def _members(hold: NDArray[np.int64], long: NDArray[np.bool_]) -> Floats:
+    """1 where a reading is of a hold, shape (n, holds)."""
+    holds, index = np.unique(hold[long], return_inverse=True)
+    found = np.zeros((len(hold), len(holds)))
+    found[np.flatnonzero(long), index] = 1.0
+    return found
+
+
+def with_torque_errors(campaign: Campaign, columns_arcsec: Floats) -> Campaign:
+    """The campaign with what the errors of its torques make of the angles, shape (n, k): each moves
+    many readings together. Where there are many they count as scatter."""
+    if columns_arcsec.shape[1] <= _LIMITS.columns:
+        return replace(campaign, torque_errors=Artefact("torque_errors", columns_arcsec))
+    moved = np.sqrt(np.square(columns_arcsec).sum(axis=1))
+    return replace(campaign, u_arcsec=np.hypot(campaign.u_arcsec, moved))
 
 
 def _at(campaign: Campaign, torque_Nm: Floats) -> Campaign:
@@ -100,6 +149,46 @@ def _holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
             long[part] = len(part) >= _LIMITS.fewest and _aimless(torque[part])
             count += 1
     return hold, long
+
+
+def _levels(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Which level each torque is of, over all runs, and whether it has enough readings: levels are
+    apart by several times the widest gap inside one."""
+    torque = campaign.readings.torque_Nm
+    order = np.argsort(torque, kind="stable")
+    gaps = np.diff(torque[order])
+    level, none = np.arange(len(torque)), np.zeros(len(torque), dtype=bool)
+    size = np.sort(gaps)
+    wider = size[1:] > _LIMITS.apart * size[:-1]
+    # Beyond the middle: the most gaps are those between readings of one level.
+    wider[: len(size) // 2] = False
+    if not wider.any():
+        return level, none
+    widest_inside = size[:-1][wider][-1]
+    level[order] = np.r_[0, np.cumsum(gaps > widest_inside)]
+    return level, np.bincount(level)[level] >= _LIMITS.fewest
+
+
+def _places(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Which place in runs of one kind each reading has, and whether such runs are alike: they
+    differ no more from their mean than torques scatter from reading to reading."""
+    torque, rows = campaign.readings.torque_Nm, campaign.rows
+    place, alike = np.arange(len(torque)), np.zeros(len(torque), dtype=bool)
+    kinds: dict[int, list[NDArray[np.int64]]] = {}
+    for run in np.split(rows.order, rows.starts[1:]):
+        kinds.setdefault(len(run), []).append(run)
+    for runs in kinds.values():
+        if len(runs) < _LIMITS.fewest or not 1 < len(runs[0]) <= _LIMITS.columns:
+            continue
+        table = np.array(runs)
+        off = torque[table] - torque[table].mean(axis=0)
+        differ = float(np.sqrt(np.sum(off**2) / (off.size - off.shape[1])))
+        # Where only the sensor scatters, what runs differ by is as rough along a run as it can be.
+        steps = float(np.sqrt(np.mean(np.diff(off, axis=1) ** 2) / 2 / (1 - 1 / len(runs))))
+        if steps > _LIMITS.aimless**0.5 * differ:
+            place[table] = table[0]
+            alike[table] = True
+    return place, alike
 
 
 def _aimless(torque_Nm: Floats) -> bool:

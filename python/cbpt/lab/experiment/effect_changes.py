@@ -18,6 +18,7 @@ from itertools import pairwise, product
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.symmetric import eigen
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import LOT, Variant
@@ -119,7 +120,7 @@ def _typical(slopes: Floats) -> Floats:
     k = slopes.shape[1]
     if k == 1 or not np.isfinite(slopes).all():
         return np.full(k, k**-0.5)
-    _, axes = np.linalg.eigh(slopes.T @ slopes)
+    _, axes = eigen(slopes.T @ slopes)
     mean: Floats = axes.sum(axis=1) / np.sqrt(k)
     return mean if mean[0] >= 0 else -mean
 

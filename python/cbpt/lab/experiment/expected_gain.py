@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.lab.covariance.linear_gaussian import Noise, Rows
+from cbpt.lab.covariance.symmetric import eigen
 from cbpt.lab.experiment.candidates import described, duration_s, in_words
 from cbpt.lab.experiment.plan import Plan, PlannedRun
 from cbpt.lab.inference.evidence import Fit
@@ -204,7 +205,7 @@ def _predicted(plan: Fitter, fit: Fit) -> tuple[Floats, Floats]:
     indices = [u.index for u in fit.unknowns]
     point = plan.model.at(fit.point.values, indices)
     by = np.array([fit.value(u) if u.log else 1.0 for u in fit.unknowns])
-    size, axes = np.linalg.eigh(fit.covariance)
+    size, axes = eigen(fit.covariance)
     root = axes * np.sqrt(np.maximum(size, 0.0))
     slopes = np.where(np.isfinite(point.slopes), point.slopes, 0.0) * by
     return point.angle_arcsec, slopes @ root

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import InvalidInputError, ReadingsError
+from cbpt.lab.covariance.artefacts import Artefact
 from cbpt.lab.covariance.linear_gaussian import Held, Noise, Rows
 from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.covariance.rounding import rounds_alike, with_step, without_step
@@ -54,6 +55,8 @@ class Campaign:
     """Standard deviation of each reading by the rounding of a coarse display, beside `u_arcsec`."""
     held: Held | None = None
     """The error of the mean torque of each hold, where means stand for the torque readings."""
+    torque_errors: Artefact | None = None
+    """What the errors of torques do that are means or ramps through many readings."""
     own: dict[str, OwnEffect] = field(default_factory=dict)
     """Effects of the user's own by id: those of the case, and those to be fitted."""
     candidates: tuple[Variant, ...] = ()
@@ -141,7 +144,9 @@ class Campaign:
     @property
     def plain_noise(self) -> Noise:
         """White noise of the stated size."""
-        return Noise(rounding_arcsec=self.rounding_arcsec, held=self.held)
+        return Noise(
+            rounding_arcsec=self.rounding_arcsec, held=self.held, artefact=self.torque_errors
+        )
 
     @property
     def u_repeated(self) -> bool:
@@ -162,6 +167,7 @@ class Campaign:
             u_arcsec=self.u_arcsec[rows],
             rounding_arcsec=None if self.rounding_arcsec is None else self.rounding_arcsec[rows],
             held=None if self.held is None else self.held.select(rows),
+            torque_errors=None if self.torque_errors is None else self.torque_errors.select(rows),
             rows=self.rows.select(rows),
         )
 

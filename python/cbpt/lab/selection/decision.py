@@ -468,7 +468,9 @@ def noise_words(competition: Competition, fit: Fit, noise: Noise | None = None) 
     if noise.torque_arcsec is not None or competition.campaign.torque_scatter_Nm:
         words.append("torque_noise")
     if noise.artefact is not None:
-        words.append(noise.artefact.kind)
+        words.append(
+            "torque_noise" if noise.artefact.kind == "torque_errors" else noise.artefact.kind
+        )
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(

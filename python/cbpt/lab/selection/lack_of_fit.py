@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.fit_noise import fit_noise
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
+from cbpt.lab.covariance.symmetric import eigen
 from cbpt.lab.inference.cross_validation import held_out_by
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -228,7 +229,7 @@ class Structure:
 
 def _axes(seen: Floats) -> Floats:
     """Orthonormal axes of what columns span; a pattern that the refit takes away is no pattern."""
-    size, vectors = np.linalg.eigh(seen.T @ seen)
+    size, vectors = eigen(seen.T @ seen)
     strong = size > max(1e-3 * float(size.sum()) / max(len(size), 1), 1e-300)
     return np.asarray(seen @ (vectors[:, strong] / np.sqrt(size[strong])))
 

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.covariance.symmetric import eigen
 from cbpt.lab.inference.crew import both
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
@@ -352,7 +353,7 @@ class Screen:
         The projections of noise on the signatures are normal with the Gram matrix for covariance;
         each replicate's own estimate of the scatter divides it, as it does in the readings.
         """
-        size, axes = np.linalg.eigh(self.gram)
+        size, axes = eigen(self.gram)
         root = axes * np.sqrt(np.maximum(size, 0.0))
         draws = root @ rng.standard_normal((len(size), replicates))
         draws /= np.sqrt(rng.chisquare(self.dof, replicates) / self.dof)

@@ -512,7 +512,7 @@ class _Contest:
         instrument seems to do may be an effect: sets near the best are tried without it."""
         near = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
         fits = [self.fits[n] for n in self.fits if n and self.score(n) > near]
-        seen = [fit for fit in fits if fit.noise.artefact is not None]
+        seen = [f for f in fits if f.noise.artefact and f.noise.artefact.kind != "torque_errors"]
         bare = (again(fit, replace(fit.noise, artefact=None)) for fit in seen)
         self.crew.each(bare, self.keep)
         fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]

@@ -19,6 +19,7 @@ from cbpt.lab.covariance.artefacts import Artefact, first_reading, gains_of, ran
 from cbpt.lab.covariance.fit_noise import fit_noise, price_of
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
+from cbpt.lab.covariance.symmetric import eigen
 from cbpt.lab.inference.crew import both
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -99,8 +100,10 @@ def prepare(fitter: Fitter) -> Setting:
     families = components(campaign.readings)
     if campaign.torque_scatter_Nm:
         # Ramps that are alike have their torques by the time since they began, and what scatters
-        # about them is a function of that time and of the torques that were read.
-        families = tuple(f for f in families if "run_time_s" not in f.columns)
+        # about them is a function of that time and of the torques that were read; so are the rates
+        # of these.
+        of_scatter = {"run_time_s", "torque_rate"}
+        families = tuple(f for f in families if not of_scatter.intersection(f.columns))
     library = Signatures(campaign, fitter.variants)
     signatures = library.about(first, names)
     (nulls, flexibles), far = both(
@@ -309,7 +312,7 @@ def _whole(fitter: Fitter, signatures: list[Signature]) -> _Whole:
     columns = columns[:, np.isfinite(columns).all(axis=0)] / u
     length = np.linalg.norm(columns, axis=0)
     columns = columns[:, length > 1e-9] / length[length > 1e-9]
-    square, axes = np.linalg.eigh(columns.T @ columns)
+    square, axes = eigen(columns.T @ columns)
     return _Whole(u * (columns @ axes[:, square > 1e-12]), columns.shape[1])
 
 
