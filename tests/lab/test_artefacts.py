@@ -155,6 +155,25 @@ def test_a_load_behind_friction_of_the_rig_is_told_beside_friction_of_the_drive(
     assert noted or "torque_hysteresis" in told, found.sentence
 
 
+def test_first_readings_that_are_off_alike_are_no_certain_play() -> None:
+    """Ramps from zero, one way: only first readings are without torque, and a play moves all others
+    by what moves these the other way. The play was certain."""
+    ramp_Nm, runs = np.linspace(0.0, 8.0, 22), 12
+    table = {
+        "run": np.repeat(np.arange(1.0, runs + 1), len(ramp_Nm)),
+        "torque_Nm": np.tile(ramp_Nm, runs),
+        "preload_N": np.repeat([450.0, 600.0, 800.0] * 4, len(ramp_Nm)),
+        "input_angle_deg": np.repeat(np.arange(runs) * 30.0, len(ramp_Nm)),
+        "elastic_angle_arcsec": np.zeros(runs * len(ramp_Nm)),
+    }
+    read = cbpt.simulate(CASE, cbpt.read_readings(table), u_elastic_angle_arcsec=0.3, seed=1)
+    off = np.where(np.arange(len(read)) % len(ramp_Nm) == 0, -2.0, 0.0)
+    angle = read.elastic_angle_arcsec + off
+    found = cbpt.diagnose(CASE, replace(read, elastic_angle_arcsec=angle))
+    assert found.verdict.effects == (), found.sentence
+    assert "first reading of each run that is off" in found.sentence
+
+
 def test_first_readings_that_are_off_by_different_angles_are_no_hysteresis() -> None:
     rng = np.random.default_rng(1)
     angle = cbpt.simulate(CASE, TABLE, u_elastic_angle_arcsec=1e-9).elastic_angle_arcsec

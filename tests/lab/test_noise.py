@@ -16,7 +16,7 @@ from scipy import integrate, stats
 
 from cbpt.lab.covariance.artefacts import (
     Artefact,
-    first_reading,
+    first_readings,
     gains_of,
     random_walk,
     without,
@@ -205,15 +205,15 @@ def test_a_random_walk_is_brownian_motion() -> None:
 
 
 def test_first_readings_need_runs_with_others() -> None:
-    found = first_reading(Rows.of(np.repeat([0, 1, 2], 4)).before)
-    assert found is not None
+    alike, found = first_readings(Rows.of(np.repeat([0, 1, 2], 4)).before)
+    assert alike.columns_arcsec.shape == (12, 1)
     assert np.flatnonzero(found.columns_arcsec[:, 0]).tolist() == [0, 4, 8]
     rows, runs = np.nonzero(found.columns_arcsec[:, 1:])
     assert (rows.tolist(), runs.tolist()) == ([0, 4, 8], [0, 1, 2])
-    many = first_reading(Rows.of(np.repeat(np.arange(65), 3)).before)
-    assert many is not None and many.columns_arcsec.shape == (195, 1)
-    assert first_reading(Rows.of(np.repeat([0, 1], 4)).before) is None
-    assert first_reading(Rows.of(np.repeat([0, 1, 2], 2)).before) is None
+    [many] = first_readings(Rows.of(np.repeat(np.arange(65), 3)).before)
+    assert many.columns_arcsec.shape == (195, 1)
+    assert not list(first_readings(Rows.of(np.repeat([0, 1], 4)).before))
+    assert not list(first_readings(Rows.of(np.repeat([0, 1, 2], 2)).before))
 
 
 @given(st.integers(1, 4), st.floats(0.1, 30), st.integers(0, 99))

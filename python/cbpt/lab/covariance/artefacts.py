@@ -3,7 +3,7 @@ coefficients.
 
 Artefact        one of a kind, with the size that it has
 random_walk     the zero wanders in absolute time; in a table without times from reading to reading
-first_reading   the first reading of every run is off, say before a clamp has settled
+first_readings  the first reading of every run is off, say before a clamp has settled
 (torque_errors) what the errors of torques do that are means or polynomials through what a
                 sensor showed (`diagnosis.held_torque`, `ramped_torque`)
 gains_of        log likelihood that an artefact gains where all else has been taken out
@@ -20,6 +20,7 @@ right period. It stands as a lack of fit without a name.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -66,19 +67,19 @@ def random_walk(time_s: Floats) -> Artefact | None:
     return Artefact("random_walk", columns)
 
 
-def first_reading(before: NDArray[np.int64]) -> Artefact | None:
-    """1 arcsec; `before` is negative for the first reading of a run. None where all runs are of one
-    or two readings, or there is one run."""
+def first_readings(before: NDArray[np.int64]) -> Iterator[Artefact]:
+    """1 arcsec, alike in all runs, and with a part of each run's own; `before` is negative for the
+    first reading of a run. None where runs are of one or two readings, or there are two at most."""
     first = before < 0
     runs = int(np.count_nonzero(first))
     if runs < 3 or len(before) < 3 * runs:
-        return None
+        return
     alike = first[:, None].astype(np.float64)
-    if runs > _RUNS_ALONE:
-        return Artefact("first_reading", alike)
-    alone = np.zeros((len(before), runs))
-    alone[np.flatnonzero(first), np.arange(runs)] = _ALONE
-    return Artefact("first_reading", np.column_stack([alike, alone]))
+    yield Artefact("first_reading", alike)
+    if runs <= _RUNS_ALONE:
+        alone = np.zeros((len(before), runs))
+        alone[np.flatnonzero(first), np.arange(runs)] = _ALONE
+        yield Artefact("first_reading", np.column_stack([alike, alone]))
 
 
 def gains_of(gram: Floats, projection: Floats, sizes: Floats) -> Floats:

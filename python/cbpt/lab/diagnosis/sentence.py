@@ -13,7 +13,7 @@ from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
-from cbpt.lab.selection.decision import Why
+from cbpt.lab.selection.decision import Why, noise_words
 from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import called, columns_in_words, number_called
@@ -211,6 +211,7 @@ def _undecided(d: DiagnosisData) -> str:
     elif v.perhaps:
         are = "is" if len(v.perhaps) == 1 else "are"
         which = f" If an effect is missing, the most probable {are} {likely(d)}."
+    which += _in_its_place(d)
     why, remedy, campaign = _WHY[v.undecided], _REMEDY[v.undecided], d.competition.campaign
     different = readings_of_the_curve(campaign)
     if v.undecided == "few readings" and different < len(campaign):
@@ -221,6 +222,15 @@ def _undecided(d: DiagnosisData) -> str:
         )
         remedy = "Record the angle in finer steps: more readings in these tell no more"
     return f"These readings do not decide what is missing: {why}.{which} {remedy}."
+
+
+def _in_its_place(d: DiagnosisData) -> str:
+    """What an instrument would have done where no effect is missing; an artefact is no effect, and
+    has no place among those that are possible."""
+    null = d.competition.fits[()]
+    told = [w for w in noise_words(d.competition, null) if w in ("random_walk", "first_reading")]
+    what = listed([_NOISE[word] for word in told])
+    return f" Or nothing is missing, and the instrument shows {what}." if what else ""
 
 
 def _rest(d: DiagnosisData, angle: AngleUnit) -> str:

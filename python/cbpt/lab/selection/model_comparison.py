@@ -513,11 +513,11 @@ class _Contest:
         near = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
         fits = [self.fits[n] for n in self.fits if n and self.score(n) > near]
         seen = [f for f in fits if f.noise.artefact and f.noise.artefact.kind != "torque_errors"]
-        bare = (again(fit, replace(fit.noise, artefact=None)) for fit in seen)
-        self.crew.each(bare, self.keep)
+        self.crew.each((again(f, replace(f.noise, artefact=None)) for f in seen), self.keep)
         fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]
-        # A correlation may stand in for what the instrument does.
-        starts = ((fit, start) for fit in fits for start in (fit.noise, plain(fit.noise)))
+        # A correlation or outliers may stand in for what the instrument does.
+        white = self.fitter.campaign.plain_noise
+        starts = ((f, n) for f in fits for n in (f.noise, plain(f.noise), white))
         tasks = (again(f, n) for f, s in starts for n in with_an_artefact(self.fitter, f, s))
         self.crew.each(tasks, self.keep)
         # What it does in the best set it may do in a smaller one.

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.artefacts import Artefact, first_reading, gains_of, random_walk
+from cbpt.lab.covariance.artefacts import Artefact, first_readings, gains_of, random_walk
 from cbpt.lab.covariance.fit_noise import fit_noise, price_of
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
@@ -273,8 +273,7 @@ def _artefacts(campaign: Campaign) -> Iterator[Artefact]:
     passed = np.arange(float(len(campaign))) if time_s is None else time_s
     if (walk := random_walk(passed)) is not None:
         yield walk
-    if (first := first_reading(campaign.rows.before)) is not None:
-        yield first
+    yield from first_readings(campaign.rows.before)
 
 
 def _slope(fit: Fit, size: Floats) -> Floats | None:
