@@ -1,4 +1,8 @@
-"""Readings as a picture takes them."""
+"""Readings as a picture takes them.
+
+points_of   readings as points
+legs_of     which way of a run each of them is on
+"""
 
 from __future__ import annotations
 
@@ -24,7 +28,7 @@ def points_of(readings: Readings, offset_arcsec: float | np.ndarray = 0.0) -> Po
         u_arcsec=readings.u_elastic_angle_arcsec,
         direction=readings.direction(),
         run=readings.run_index,
-        leg=_legs(readings),
+        leg=legs_of(readings),
         setting=levels.index,
         setting_names=tuple(names),
         torque_set_point=torque.index,
@@ -32,7 +36,7 @@ def points_of(readings: Readings, offset_arcsec: float | np.ndarray = 0.0) -> Po
     )
 
 
-def _legs(readings: Readings) -> np.ndarray:
+def legs_of(readings: Readings) -> np.ndarray:
     """Shape (n,): how many times the torque has turned back before each reading, run after run."""
     leg, before = np.zeros(len(readings), dtype=np.int64), 0
     order = np.argsort(readings.run_index, kind="stable")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.readings.points import legs_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of, settings
 from cbpt.page.document.plain import numbers
@@ -32,7 +33,7 @@ class Curves:
         self.size = len(readings)
         levels, names = settings(readings)
         way = readings.direction()
-        torque = levels_of(readings.torque_Nm)
+        torque, leg = levels_of(readings.torque_Nm), legs_of(readings)
         set_to_levels = 2 * len(torque) <= len(readings) and len(torque) <= 200
         self._cells = np.full(self.size, -1, dtype=np.int64)
         self.lines: list[Line] = []
@@ -45,7 +46,7 @@ class Curves:
                     found, index = np.unique(torque.index[rows], return_inverse=True)
                     x = torque.value[found]
                 else:
-                    index, x = _stretches(readings.torque_Nm[rows])
+                    index, x = _stretches(readings.torque_Nm[rows], leg[rows])
                 self._cells[rows] = at + index
                 self._spans.append(slice(at, at + len(x)))
                 at += len(x)
@@ -87,10 +88,13 @@ class Curves:
         return [numbers(mean[span]) for span in self._spans]
 
 
-def _stretches(torque: Floats) -> tuple[NDArray[np.int64], Floats]:
-    """Stretches of about equally many readings: which one each is in, and their mean torques."""
+def _stretches(torque: Floats, leg: NDArray[np.int64]) -> tuple[NDArray[np.int64], Floats]:
+    """Stretches of about equally many readings: which one each is in, and their mean torques. Of
+    legs that do not overlap, as the first and the last of a loop, single readings where there are
+    few."""
     order = np.argsort(torque, kind="stable")
-    count = max(1, min(_STRETCHES, len(torque) // 3))
+    overlap = np.count_nonzero(np.diff(leg[order])) >= len(np.unique(leg))
+    count = max(1, min(_STRETCHES, len(torque) // 3 if overlap else len(torque)))
     index = np.empty(len(torque), dtype=np.int64)
     index[order] = np.arange(len(torque)) * count // len(torque)
     return index, np.bincount(index, torque) / np.bincount(index)
