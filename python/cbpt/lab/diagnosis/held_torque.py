@@ -188,7 +188,7 @@ def _places(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         if steps > _LIMITS.aimless**0.5 * differ:
             place[table] = table[0]
             alike[table] = True
-    return place, alike
+    return np.unique(place, return_inverse=True)[1], alike
 
 
 def _aimless(torque_Nm: Floats) -> bool:
