@@ -155,7 +155,8 @@ def test_a_load_behind_friction_of_the_rig_is_told_beside_friction_of_the_drive(
     assert noted or "torque_hysteresis" in told, found.sentence
 
 
-def test_first_readings_that_are_off_alike_are_no_certain_play() -> None:
+@pytest.mark.parametrize("torque_noise_Nm", [0.0, 0.05])
+def test_first_readings_that_are_off_alike_are_no_certain_play(torque_noise_Nm: float) -> None:
     """Ramps from zero, one way: only first readings are without torque, and a play moves all others
     by what moves these the other way. The play was certain."""
     ramp_Nm, runs = np.linspace(0.0, 8.0, 22), 12
@@ -169,7 +170,9 @@ def test_first_readings_that_are_off_alike_are_no_certain_play() -> None:
     read = cbpt.simulate(CASE, cbpt.read_readings(table), u_elastic_angle_arcsec=0.3, seed=1)
     off = np.where(np.arange(len(read)) % len(ramp_Nm) == 0, -2.0, 0.0)
     angle = read.elastic_angle_arcsec + off
-    found = cbpt.diagnose(CASE, replace(read, elastic_angle_arcsec=angle))
+    noise_Nm = torque_noise_Nm * np.random.default_rng(5).standard_normal(len(read))
+    shown = replace(read, torque_Nm=read.torque_Nm + noise_Nm, elastic_angle_arcsec=angle)
+    found = cbpt.diagnose(CASE, shown)
     assert found.verdict.effects == (), found.sentence
     assert "first reading of each run that is off" in found.sentence
 

@@ -79,6 +79,29 @@ def test_levels_that_come_again_have_one_torque(seed: int) -> None:
     assert any("about the levels that it is set to" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("by_sense_Nm", [0.02, 0.05])
+def test_levels_that_are_overshot_stay_as_they_were_read(by_sense_Nm: float) -> None:
+    """Each level has one torque from below and another from above. Their mean took away a part of
+    the friction that the drive has."""
+    steps = np.array([0.0, 3.0, 6.0, 3.0, 0.0, -3.0, -6.0, -3.0, 0.0])
+    runs = 24
+    sense = np.tile(np.sign(np.diff(steps, prepend=-1.0)), runs)
+    jitter = 0.002 * np.random.default_rng(3).standard_normal(len(sense))
+    torque = np.tile(steps, runs) + by_sense_Nm * sense + jitter
+    table = {
+        "run": np.repeat(np.arange(1.0, runs + 1), len(steps)),
+        "torque_Nm": torque,
+        "preload_N": np.repeat(np.tile([400.0, 600.0, 900.0], 8), len(steps)),
+        "input_angle_deg": np.repeat(np.arange(runs) * 15.0 % 360, len(steps)),
+        "elastic_angle_arcsec": np.zeros(len(torque)),
+    }
+    friction = ("friction_hysteresis", {"friction_torque_Nm": 0.1, "engagement_angle_rad": 1e-6})
+    rows = cbpt.read_readings(table)
+    read = cbpt.simulate(CASE, rows, u_elastic_angle_arcsec=0.2, effects=[friction], noise="white")
+    found = cbpt.diagnose(CASE, read)
+    np.testing.assert_array_equal(found.readings.torque_Nm, torque)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_error_of_a_mean_torque_is_no_effect(seed: int) -> None:
     """It moves the readings of a hold together, by more than they scatter."""

@@ -19,6 +19,7 @@ from cbpt.figures.shared import (
     draw_points,
     model_curves,
     new_figure,
+    owned_curves,
     save,
     titled,
 )
@@ -139,8 +140,8 @@ def _size(points: Points) -> float:
 def _remembers(points: Points, model: Floats) -> bool:
     """Whether a model differs between the way up and the way down by more than a line is wide."""
     lines: dict[int, list[tuple[Floats, Floats]]] = {}
-    for setting, torque, angle in model_curves(points, model, True):
-        lines.setdefault(setting, []).append((torque, angle))
+    for owner, _, torque, angle in owned_curves(points, model, True):
+        lines.setdefault(owner, []).append((torque, angle))
     widest = 0.0
     for drawn in lines.values():
         for (torque, angle), (after_Nm, after) in pairwise(drawn):

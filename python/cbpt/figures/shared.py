@@ -83,6 +83,14 @@ def model_curves(
     one for each run, with memory for each way of it. The model may differ between input
     angles too, and a line through all of its points would be a saw.
     """
+    for _, setting, torque, angle in owned_curves(points, model_arcsec, memory):
+        yield setting, torque, angle
+
+
+def owned_curves(
+    points: Points, model_arcsec: Floats, memory: bool
+) -> Iterator[tuple[int, int, Floats, Floats]]:
+    """The same with what each line is of ahead: its setting, or its run."""
     torque, count_of = points.torque_set_point, len(points.torque_set_points_Nm)
     if 2 * count_of > len(points):
         # Hardly a torque twice, as where it was measured and not set: the line follows the runs.
@@ -94,7 +102,12 @@ def model_curves(
             rows = drawn[np.isfinite(model_arcsec[drawn])]
             rows = rows[np.argsort(points.torque_Nm[rows], kind="stable")]
             if len(rows):
-                yield int(points.setting[rows[0]]), points.torque_Nm[rows], model_arcsec[rows]
+                yield (
+                    int(points.run[rows[0]]),
+                    int(points.setting[rows[0]]),
+                    points.torque_Nm[rows],
+                    model_arcsec[rows],
+                )
         return
     way = points.direction if memory else np.zeros(len(points), dtype=np.int64)
     for setting in range(len(points.setting_names)):
@@ -103,7 +116,7 @@ def model_curves(
             count = np.bincount(torque[rows], minlength=count_of)
             sums = np.bincount(torque[rows], model_arcsec[rows], count_of)
             there = count > 0
-            yield setting, points.torque_set_points_Nm[there], sums[there] / count[there]
+            yield setting, setting, points.torque_set_points_Nm[there], sums[there] / count[there]
 
 
 def draw_points(axes: Axes, points: Points, values: Floats, size: float) -> None:

@@ -1,10 +1,10 @@
 //! How fast the torque of a run changes at each of its readings.
 //!
 //! The rate at a reading is that from the reading before to the one behind, so that the noise of a torque reading has no share
-//! in it; at the last it is that from the one before. At a corner, where a ramp turns back or begins to hold, that is the rate
+//! in it but at a corner; at the last it is that from the one before. At a corner, where a ramp turns back or begins to hold, that is the rate
 //! of neither side: the torque arrives with the one and leaves with the other. A corner is a reading at which the rate jumps
 //! by more than twice what it changes over the steps before and behind together: it does neither at the top of a sine nor, but
-//! for one noisy reading in twenty, along a ramp.
+//! for one noisy reading in forty, along a ramp.
 
 /// The rates at a reading, N m/s; the same but at a corner.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -51,6 +51,18 @@ class Artefact:
         """So many times as large."""
         return replace(self, columns_arcsec=factor * self.columns_arcsec)
 
+    @property
+    def is_known(self) -> bool:
+        """Whether it is none that the readings have to show."""
+        return self.kind == "torque_errors"
+
+    def beside(self, known: Artefact | None) -> Artefact:
+        """With the columns of another one, which has no name beside it."""
+        if known is None:
+            return self
+        columns = np.column_stack([self.columns_arcsec, known.columns_arcsec])
+        return replace(self, columns_arcsec=columns)
+
     def select(self, rows: NDArray[np.bool_]) -> Artefact:
         """That of some of the readings."""
         return replace(self, columns_arcsec=self.columns_arcsec[rows])

@@ -39,7 +39,7 @@ def log_scale_prior(scale: Floats, stated_dof: float) -> Floats:
 def price_of(noise: Noise) -> float:
     """Log likelihood that the structure of a noise has to gain."""
     inflation = 0.0 if noise.inflation is None else price_of_inflation(noise.inflation)
-    artefact = 0.0 if noise.artefact is None else PRICE_OF_ARTEFACT
+    artefact = PRICE_OF_ARTEFACT if noise.has_artefact else 0.0
     return PRICE * noise.numbers + artefact + inflation
 
 

@@ -141,8 +141,13 @@ class Noise:
     @property
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
-        further = self.torque_arcsec is not None, self.artefact is not None
+        further = self.torque_arcsec is not None, self.has_artefact
         return sum((self.correlation != 0, self.offset_arcsec != 0, *further))
+
+    @property
+    def has_artefact(self) -> bool:
+        """Whether the instrument does something that the readings had to show."""
+        return self.artefact is not None and not self.artefact.is_known
 
     @property
     def differences(self) -> bool:

@@ -37,6 +37,8 @@ class _Limits:
     """Steps of the torque from which a hold ends, in typical steps of the run."""
     apart: float = 2.0
     """Gap between levels, in widest gaps between readings of one level."""
+    overshot: float = 3.5
+    """Standard deviations by which the torque of a level may differ by how it was reached."""
     columns: int = 64
     """Errors of torques that are told apart from scatter, at most."""
     aimless: float = 0.55
@@ -65,7 +67,7 @@ def held_torque(
     if campaign.drive.kind == "ball_drive":
         # A loop with play or a stop hardly tells whether the angle follows.
         ways.append((_levels, "about the levels that it is set to", "each level"))
-        ways.append((_places, "about what runs that are alike have there", "each place in a run"))
+        ways.append((_places, "from run to run of runs that are alike", "each place in these"))
     for find, while_, of_each in ways:
         held = _at_means(campaign, model, *find(campaign), comes_again=find is not _holds)
         if held is not None:
@@ -97,14 +99,14 @@ def _at_means(
     off = campaign.y_arcsec - at_mean
     off = (off - _means(off, hold))[long]
     size = float(follows @ follows)
-    if not size > 0:
+    scatter_Nm = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
+    if not (size > 0 and scatter_Nm > 1e-6 * float(np.abs(torque).max())):
         return None
     gain = float(follows @ off) / size
     rest = off - gain * follows
     u_gain = float(np.sqrt(rest @ rest / (dof - 1) / size))
     if gain + _LIMITS.sigmas * u_gain > _LIMITS.follows:
         return None
-    scatter_Nm = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
     u_mean = np.where(long, scatter_Nm / np.sqrt(np.bincount(hold)[hold]), 0.0)
     moved = 0.5 * np.abs(model(_at(campaign, mean + u_mean)) - model(_at(campaign, mean - u_mean)))
     # Beside the torque at which the balls slip the model has no solution on one side.
@@ -124,11 +126,15 @@ def _members(hold: NDArray[np.int64], long: NDArray[np.bool_]) -> Floats:
 
 def with_torque_errors(campaign: Campaign, columns_arcsec: Floats) -> Campaign:
     """The campaign with what the errors of its torques make of the angles, shape (n, k): each moves
-    many readings together. Where there are many they count as scatter."""
-    if columns_arcsec.shape[1] <= _LIMITS.columns:
-        return replace(campaign, torque_errors=Artefact("torque_errors", columns_arcsec))
-    moved = np.sqrt(np.square(columns_arcsec).sum(axis=1))
-    return replace(campaign, u_arcsec=np.hypot(campaign.u_arcsec, moved))
+    many readings together. What the leading axes of many of them leave counts as scatter."""
+    axes, size, _ = np.linalg.svd(columns_arcsec, full_matrices=False)
+    columns = axes * size
+    left = np.square(columns[:, _LIMITS.columns :]).sum(axis=1)
+    return replace(
+        campaign,
+        torque_errors=Artefact("torque_errors", columns[:, : _LIMITS.columns]),
+        u_arcsec=np.sqrt(campaign.u_arcsec**2 + left),
+    )
 
 
 def _at(campaign: Campaign, torque_Nm: Floats) -> Campaign:
@@ -166,7 +172,24 @@ def _levels(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         return level, none
     widest_inside = size[:-1][wider][-1]
     level[order] = np.r_[0, np.cumsum(gaps > widest_inside)]
-    return level, np.bincount(level)[level] >= _LIMITS.fewest
+    long = np.bincount(level)[level] >= _LIMITS.fewest
+    return (level, long) if _alike_both_ways(campaign, level) else (level, none)
+
+
+def _alike_both_ways(campaign: Campaign, level: NDArray[np.int64]) -> bool:
+    """Whether levels have one torque, however they were reached: one that is overshot has two, and
+    with their mean the drive seems to have less friction, or more."""
+    torque, way = campaign.readings.torque_Nm, campaign.readings.direction()
+    off = torque - _means(torque, level)
+    inside = np.bincount(level)[level] >= _LIMITS.fewest
+    scatter = float(np.sqrt(np.mean(off[inside] ** 2))) if inside.any() else 0.0
+    for one in (1, -1):
+        here = inside & (way == one)
+        count = np.bincount(level[here], minlength=level.max() + 1)
+        total = np.bincount(level[here], off[here], level.max() + 1)
+        if np.any(np.abs(total) > _LIMITS.overshot * scatter * np.sqrt(count)):
+            return False
+    return True
 
 
 def _places(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

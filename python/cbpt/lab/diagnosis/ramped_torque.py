@@ -43,9 +43,8 @@ class _Limits:
     """Of a polynomial at most."""
     ramps: float = 0.8
     """Share of the readings that are of ramps, at least."""
-    smooth: float = 1.3
-    """What is left of a ramp is scatter where it is less than this factor of what second
-    differences show."""
+    chance: float = 0.001
+    """With which what is left may be as much the same in all ramps."""
     follows: float = 0.5
     sigmas: float = 3.0
     """The angle does not follow where so many standard deviations above what it shows is less than
@@ -70,7 +69,9 @@ def ramped_torque(
     modes: list[Floats] = []
     for ramps in _alike(campaign, scatter_Nm):
         found = _pooled_or_each(campaign, ramps)
-        if found is not None and found.left_Nm < _LIMITS.smooth * scatter_Nm:
+        if found is not None and _fits(
+            found, torque[np.concatenate(ramps)], len(ramps), scatter_Nm
+        ):
             rows = np.concatenate(ramps)
             smooth[rows], on_ramps[rows] = found.torque_Nm, True
             modes.append(np.zeros((len(torque), found.free)))
@@ -80,16 +81,39 @@ def ramped_torque(
     other = _at(campaign, smooth)
     at_smooth = model(other)
     follows, off = model(campaign) - at_smooth, campaign.y_arcsec - at_smooth
-    if not _stays(campaign, follows, off, on_ramps):
+    # Beside the torque at which the balls slip the model has no solution on one side.
+    solved = bool(np.isfinite(at_smooth).all())
+    if not solved or not _stays(campaign, follows, off, on_ramps):
         return campaign, []
     # By one standard deviation of the scatter each way.
     up, down = (model(_at(campaign, smooth + sign * scatter_Nm)) for sign in (1.0, -1.0))
-    slope = np.nan_to_num(0.5 * (up - down)) / scatter_Nm
+    up, down = (np.where(np.isfinite(end), end, at_smooth) for end in (up, down))
+    sides = 2.0 - (up == at_smooth) - (down == at_smooth)
+    slope = (up - down) / (np.maximum(sides, 1.0) * scatter_Nm)
     return with_torque_errors(other, np.column_stack(modes) * slope[:, None]), [
         f"the torque readings scatter by {scatter_Nm:.2g} N m about smooth ramps, and the angle "
         "does not follow: polynomials through the readings of the ramps are used, with their "
         "uncertainty"
     ]
+
+
+def _fits(found: _Smooth, torque_Nm: Floats, ramps: int, scatter_Nm: float) -> bool:
+    """Whether what polynomials leave is scatter: no more than second differences show, not alike
+    from reading to reading, and not the same in each ramp (von Neumann 1941; chi-squared)."""
+    from scipy.special import chdtrc
+
+    left = (torque_Nm - found.torque_Nm).reshape(ramps, -1)
+    n = left.size
+    if found.left_Nm > (1 + _LIMITS.sigmas * (3 / n) ** 0.5) * scatter_Nm:
+        return False
+    together = float(np.sum(left[:, 1:] * left[:, :-1]) / max(np.sum(left**2), 1e-300))
+    if together > _LIMITS.sigmas / n**0.5:
+        return False
+    means = left.mean(axis=0)
+    own = float(np.sum((left - means) ** 2)) / max(n - len(means), 1)
+    if ramps < 3 or not own > 0:
+        return True
+    return float(chdtrc(len(means), ramps * float(means @ means) / own)) > _LIMITS.chance
 
 
 def _at(campaign: Campaign, torque_Nm: Floats) -> Campaign:

@@ -15,6 +15,9 @@ from cbpt.lab.readings.turns import turns_of
 
 _TURN = 0.04
 """A turn smaller than this share of the range of the run is scatter of the torque."""
+_ROUGH = 3.0
+"""Nor is one smaller than so many typical second differences, which is five standard deviations of
+a torque that scatters."""
 
 
 def points_of(readings: Readings, offset_arcsec: float | np.ndarray = 0.0) -> Points:
@@ -43,7 +46,8 @@ def legs_of(readings: Readings) -> np.ndarray:
     runs = np.split(order, np.flatnonzero(np.diff(readings.run_index[order])) + 1)
     for rows in runs if len(readings) else ():
         torque = readings.torque_Nm[rows]
-        turns = turns_of(torque, _TURN * float(np.ptp(torque)))[1:-1]
+        rough = float(np.median(np.abs(np.diff(torque, 2)))) if len(torque) > 2 else 0.0
+        turns = turns_of(torque, max(_TURN * float(np.ptp(torque)), _ROUGH * rough))[1:-1]
         leg[rows] = before + np.searchsorted(turns, np.arange(len(rows)), side="left")
         before = int(leg[rows].max()) + 1
     return leg

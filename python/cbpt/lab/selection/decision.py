@@ -465,12 +465,12 @@ def noise_words(competition: Competition, fit: Fit, noise: Noise | None = None) 
         words.append("run_offset")
     if noise.correlation:
         words.append("correlated")
-    if noise.torque_arcsec is not None or competition.campaign.torque_scatter_Nm:
+    campaign = competition.campaign
+    scatters = campaign.torque_scatter_Nm or campaign.torque_errors is not None
+    if noise.torque_arcsec is not None or scatters:
         words.append("torque_noise")
-    if noise.artefact is not None:
-        words.append(
-            "torque_noise" if noise.artefact.kind == "torque_errors" else noise.artefact.kind
-        )
+    if noise.artefact is not None and noise.has_artefact:
+        words.append(noise.artefact.kind)
     if noise.inflation is not None:
         far = np.count_nonzero(noise.inflation > RULES.far_reading)
         words.append(

@@ -511,13 +511,13 @@ class _Contest:
         beside few readings a fit that may follow the whole library does not show it. And what the
         instrument seems to do may be an effect: sets near the best are tried without it."""
         near = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
-        fits = [self.fits[n] for n in self.fits if n and self.score(n) > near]
-        seen = [f for f in fits if f.noise.artefact and f.noise.artefact.kind != "torque_errors"]
-        self.crew.each((again(f, replace(f.noise, artefact=None)) for f in seen), self.keep)
+        c, found = self.fitter.campaign, self.fits.items()
+        seen = [f for n, f in found if n and f.noise.has_artefact and self.score(n) > near]
+        bare = (again(f, replace(f.noise, artefact=c.torque_errors)) for f in seen)
+        self.crew.each(bare, self.keep)
         fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]
         # A correlation or outliers may stand in for what the instrument does.
-        white = self.fitter.campaign.plain_noise
-        starts = ((f, n) for f in fits for n in (f.noise, plain(f.noise), white))
+        starts = ((f, n) for f in fits for n in (f.noise, plain(f.noise), c.plain_noise))
         tasks = (again(f, n) for f, s in starts for n in with_an_artefact(self.fitter, f, s))
         self.crew.each(tasks, self.keep)
         # What it does in the best set it may do in a smaller one.

@@ -245,7 +245,7 @@ def with_an_artefact(
     the size that gains most. columns: what else is free, of length 1 in stated uncertainties."""
     c = fitter.campaign
     # Beside a loop of play and friction still to be explained nothing is told of the instrument.
-    if c.drive.kind == "torsion_spring" or noise.artefact is not None:
+    if c.drive.kind == "torsion_spring" or noise.has_artefact:
         return
     y, x, precision = fitter.linear(fit)
     if columns is not None:
@@ -261,7 +261,8 @@ def with_an_artefact(
         seen = whitener(artefact.columns_arcsec[some])
         left = margin.left(seen)
         gains = gains_of(seen.T @ left, left.T @ margin.y, sizes)
-        kind = replace(noise, artefact=artefact.sized(sizes[int(np.argmax(gains))]))
+        size = sizes[int(np.argmax(gains))]
+        kind = replace(noise, artefact=artefact.sized(size).beside(noise.artefact))
         if gains.max() > price_of(kind) - price_of(noise):
             yield kind
 
