@@ -138,7 +138,7 @@ bench: build $(VENV)/benched $(VENV)/tested  ## speed beside fsolve, NumPy, numb
 trial: build  ## the diagnosis scored on campaigns with a hidden effect, at full length (two to three hours): docs/explanation/trial.md
 	$(PYTHON) benches/trial --sets 60 --null-sets 400 --seed 5 --quiet --page docs/explanation/trial.md --json out/trial.json
 
-trial-short: build  ## the trial on some campaigns of each kind, for development: a quarter of an hour on two cores
+trial-short: build  ## the trial on some campaigns of each kind, for development: about ten minutes on two cores
 	$(PYTHON) benches/trial --short --seed 5 --quiet --page docs/explanation/trial.md
 
 screenshots: build $(VENV)/tested  ## the picture of the page in the README, taken anew

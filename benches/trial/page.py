@@ -23,7 +23,8 @@ _INTRO = """# The trial
 The trial measures how often the diagnosis is right. Campaigns with hidden effects come from an
 implementation that shares no code with the product (`tests/reference/rig`); its effects differ in
 form from those of the library. The diagnosis gets a case file and a table, and no label.
-`make trial-short` (a quarter of an hour) and `make trial` (two to three hours) write this page.
+`make trial-short` (about ten minutes: four to seventeen by the machine) and `make trial` (two to
+three hours) write this page.
 
 There are campaigns without an effect, with one, two and three, under every noise; cross-slides and
 torsion springs; coarse displays and artefacts of instruments; effects that the library lacks;

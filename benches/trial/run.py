@@ -3,10 +3,10 @@
     python benches/trial [--short] [--sets N] [--null-sets M] [--seed S ...] [--workers 2]
                          [--family F] [--json OUT] [--page PAGE.md] [--section PAGE.md]
 
---short is for development, a quarter of an hour on two cores: some campaigns of each wider family,
-and the table of what the answer has to reach alone. In full, N is for each strength (single,
-outside) and each other family, M (else N) for each kind of noise of campaigns that hide nothing;
-of the wider families N to 5 N. Campaigns and answers are kept as they come: a run that was killed
+--short is for development, ten minutes on two cores (four to seventeen by the machine): some
+campaigns of each wider family, and the table of what the answer has to reach alone. In full, N is
+for each strength (single, outside) and each other family, M (else N) for each kind of noise of
+campaigns that hide nothing; of the wider families N to 5 N. Campaigns and answers are kept as they come: a run that was killed
 goes on where it was, and a second run diagnoses only what is new; --fresh starts over.
 --shuffle M answers M sets once more with the library in another order: an id is a label, its place
 must not matter.
@@ -140,7 +140,7 @@ def arguments() -> argparse.Namespace:
     """What the command was given."""
     head = "The trial: campaigns with a hidden effect, diagnosed and scored."
     parser = argparse.ArgumentParser(prog="python benches/trial", description=head)
-    short = "a quarter of an hour on two cores, for development"
+    short = "about ten minutes on two cores, for development"
     parser.add_argument("--short", action="store_true", help=short)
     parser.add_argument("--sets", type=int, default=15, help="for each noise, strength or family")
     parser.add_argument("--null-sets", type=int, help="for each kind of noise; else as --sets")
