@@ -6,8 +6,9 @@
 --short is for development, ten minutes on two cores (four to seventeen by the machine): some
 campaigns of each wider family, and the table of what the answer has to reach alone. In full, N is
 for each strength (single, outside) and each other family, M (else N) for each kind of noise of
-campaigns that hide nothing; of the wider families N to 5 N. Campaigns and answers are kept as they come: a run that was killed
-goes on where it was, and a second run diagnoses only what is new; --fresh starts over.
+campaigns that hide nothing; of the wider families N to 5 N. Campaigns and answers are kept as they
+come: a run that was killed goes on where it was, and a second run diagnoses only what is new;
+--fresh starts over.
 --shuffle M answers M sets once more with the library in another order: an id is a label, its place
 must not matter.
 """
