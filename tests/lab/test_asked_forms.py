@@ -76,6 +76,31 @@ def test_no_diagnosis_proposes_them() -> None:
         assert {v.effect for v in asked.variants} & set(ON_REQUEST) == wanted
 
 
+def test_friction_by_the_rate_grows_within_the_rates_of_the_table() -> None:
+    """Far above its reference rate it is a friction that turns over at once, and stood in for one
+    on ramps of one rate."""
+
+    def least_share(lengths_s: tuple[float, ...]) -> float:
+        """Of the rate of the longest loop."""
+        time = np.concatenate([np.linspace(0.0, length, 64) for length in lengths_s])
+        one = np.interp(np.linspace(0, 4, 65), [0, 1, 3, 4], [0.0, 20.0, -20.0, 0.0])[:-1]
+        torque = np.tile(one, len(lengths_s))
+        data = {
+            "run": np.repeat(np.arange(1.0, len(lengths_s) + 1), 64),
+            "time_s": time,
+            "torque_Nm": torque,
+            "elastic_angle_rad": torque / 2000.0,
+        }
+        readings = cbpt.read_readings(data, need_preload=False)
+        variants = library_of(campaign_of(cbpt.Case.from_dict(CASE), readings, ()))
+        [rate] = next(v for v in variants if v.effect == "rate_friction").shapes
+        return float(rate.low * max(lengths_s) / (4 * np.ptp(data["elastic_angle_rad"]) / 2))
+
+    assert least_share((60.0, 60.0)) == pytest.approx(0.5, rel=0.1)
+    # Of the slow ones, as half the steps are ten times as fast.
+    assert least_share((60.0, 6.0)) < 0.15
+
+
 def test_a_diagnosis_finds_a_stop_at_the_end_of_a_spring() -> None:
     """It was a stiffer spring with a joint that reaches its stop."""
     verdict = cbpt.diagnose(CASE, table("hard_stop")).verdict

@@ -37,8 +37,9 @@ class _Limits:
     """Steps of the torque from which a hold ends, in typical steps of the run."""
     apart: float = 2.0
     """Gap between levels, in widest gaps between readings of one level."""
-    overshot: float = 3.5
-    """Standard deviations by which the torque of a level may differ by how it was reached."""
+    overshot: float = 4.0
+    """Standard deviations by which torques on one way, of a run or to a level, may differ from
+    their levels on the mean."""
     columns: int = 64
     """Errors of torques that are told apart from scatter, at most."""
     aimless: float = 0.55
@@ -173,21 +174,21 @@ def _levels(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     widest_inside = size[:-1][wider][-1]
     level[order] = np.r_[0, np.cumsum(gaps > widest_inside)]
     long = np.bincount(level)[level] >= _LIMITS.fewest
-    return (level, long) if _alike_both_ways(campaign, level) else (level, none)
+    return (level, long) if _alike(campaign, level) else (level, none)
 
 
-def _alike_both_ways(campaign: Campaign, level: NDArray[np.int64]) -> bool:
-    """Whether levels have one torque, however they were reached: one that is overshot has two, and
-    with their mean the drive seems to have less friction, or more."""
+def _alike(campaign: Campaign, level: NDArray[np.int64]) -> bool:
+    """Whether levels have one torque in every run and however they were reached. Of one that is
+    overshot, or of a sensor that is late, the mean is the torque of none of its readings."""
     torque, way = campaign.readings.torque_Nm, campaign.readings.direction()
-    off = torque - _means(torque, level)
-    inside = np.bincount(level)[level] >= _LIMITS.fewest
-    scatter = float(np.sqrt(np.mean(off[inside] ** 2))) if inside.any() else 0.0
-    for one in (1, -1):
-        here = inside & (way == one)
-        count = np.bincount(level[here], minlength=level.max() + 1)
-        total = np.bincount(level[here], off[here], level.max() + 1)
-        if np.any(np.abs(total) > _LIMITS.overshot * scatter * np.sqrt(count)):
+    inside = (np.bincount(level)[level] >= _LIMITS.fewest) & (way != 0)
+    off = (torque - _means(torque, level))[inside]
+    for kind in (campaign.rows.run_index, level):
+        _, group = np.unique(2 * kind[inside] + (way[inside] > 0), return_inverse=True)
+        count = np.bincount(group)
+        mean = np.bincount(group, off) / count
+        own = float(np.sum((off - mean[group]) ** 2)) / max(len(off) - len(count), 1)
+        if np.any(mean**2 * count > _LIMITS.overshot**2 * own):
             return False
     return True
 

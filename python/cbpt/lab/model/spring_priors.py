@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_loops import WIDEST_TRANSITION, small_loops_of
@@ -124,14 +125,26 @@ def _lags(campaign: Campaign, torque_Nm: float) -> tuple[Variant, ...]:
 
 def typical_rate_Nm_per_s(readings: Readings) -> float | None:
     """At which the torque changes where it does; None where it does not, or without times."""
+    rates = _rates_Nm_per_s(readings)
+    return float(np.median(rates)) if rates.size else None
+
+
+def _slowest(readings: Readings) -> float:
+    """The rate that one step of the torque in ten is slower than, over the typical one."""
+    rates = _rates_Nm_per_s(readings)
+    return float(np.quantile(rates, 0.1) / np.median(rates)) if rates.size else 1.0
+
+
+def _rates_Nm_per_s(readings: Readings) -> NDArray[np.float64]:
+    """Of the steps of the torque along the runs; none without times."""
     if readings.time_s is None:
-        return None
+        return np.zeros(0)
     order = np.lexsort((readings.time_s, readings.run_index))
     same_run = np.diff(readings.run_index[order]) == 0
     time_s = np.diff(readings.time_s[order])[same_run]
     step_Nm = np.abs(np.diff(readings.torque_Nm[order]))[same_run]
     moving = (time_s > 0) & (step_Nm > 0)
-    return float(np.median(step_Nm[moving] / time_s[moving])) if moving.any() else None
+    return np.asarray(step_Nm[moving] / time_s[moving])
 
 
 def _reach(campaign: Campaign) -> tuple[float, float]:
@@ -176,7 +189,10 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
         yield _with(_of("breakaway_friction", (size,), unit, 1e-3, 0.7), breaks_away, name, needs)
         if campaign.readings.time_s is not None:
             swings = 4 * angle / max(_longest_run(campaign), 1e-9)
-            rate = _ranged("reference_rate_rad_per_s", swings, 1e-2, 1e2, (0.1, 1.0, 10.0))
+            # Where the slowest ramp is fast beside it, the friction is one that does not grow.
+            least = 0.5 * _slowest(campaign.readings)
+            grid = tuple(max(share, least) for share in (0.1, 1.0, 10.0))
+            rate = _ranged("reference_rate_rad_per_s", swings, least, 1e2, grid)
             yield _with(_of("rate_friction", (size,), unit, 1e-3, 0.7), (rate,), name, "time_s")
     yield _hard_stop(torque, 0.05, (0.2, 0.4, 0.6, 0.8))
 
