@@ -76,8 +76,8 @@ def test_the_energy_of_dahls_loop_is_the_closed_form() -> None:
 
 @pytest.mark.parametrize("step_s", [0.05, 1.0, 20.0])
 def test_a_ramp_is_held_back_by_what_its_rate_gives(step_s: float) -> None:
-    """On a steady ramp the spring turns at the rate of the torque over its stiffness, and where the
-    ramp turns it rests."""
+    """On a steady ramp the spring turns at the rate of the torque over its stiffness, up to where
+    the ramp turns. At the top of a sine it rests."""
     torque = ramp(10.0, -10.0, steps=200)
     w0 = 2.5e-5
     numbers = {"friction_torque_Nm": LIMIT_Nm, "reference_rate_rad_per_s": w0}
@@ -87,7 +87,10 @@ def test_a_ramp_is_held_back_by_what_its_rate_gives(step_s: float) -> None:
     up, down = LIMIT_Nm * -np.expm1(-rate / w0), LIMIT_Nm * np.expm1(-2 * rate / w0)
     assert held[199] == pytest.approx(up, rel=1e-6)
     assert held[399] == pytest.approx(down, rel=1e-6)
-    assert held[200] == pytest.approx(0.0, abs=1e-12)
+    assert held[200] == pytest.approx(up, rel=1e-6)
+    swing = 10 * np.sin(np.linspace(0, 2 * np.pi, 401))
+    turned = angles(SPRING, {"rate_friction": numbers}, swing, step_s)
+    assert swing[100] - STIFFNESS * turned[100] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_slow_ramp_and_a_table_without_time_have_no_rate_friction() -> None:
