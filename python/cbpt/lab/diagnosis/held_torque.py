@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.artefacts import Artefact
 from cbpt.lab.covariance.linear_gaussian import Held
+from cbpt.lab.diagnosis.followed import at_torques, stays
 from cbpt.lab.model.dataset import Campaign
 
 __all__ = ["held_torque", "with_torque_errors"]
@@ -29,7 +30,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class _Limits:
-    """What counts as held, and as not followed."""
+    """What counts as held."""
 
     fewest: int = 3
     """Readings of a hold."""
@@ -46,10 +47,6 @@ class _Limits:
     """Mean square of the steps of scatter, over twice its variance, is 1 (von Neumann 1941); of
     a ramp or a small loop less than this."""
     fewest_dof: int = 8
-    follows: float = 0.5
-    sigmas: float = 3.0
-    """The angle does not follow where so many standard deviations above what it shows is less than
-    this share of what the model computes."""
 
 
 _LIMITS = _Limits()
@@ -94,22 +91,19 @@ def _at_means(
     if dof < _LIMITS.fewest_dof:
         return None
     mean = np.where(long, _means(torque, hold), torque)
-    other = _at(campaign, mean)
+    other = at_torques(campaign, mean)
     at_mean = model(other)
     follows = (model(campaign) - at_mean)[long]
     off = campaign.y_arcsec - at_mean
     off = (off - _means(off, hold))[long]
-    size = float(follows @ follows)
     scatter_Nm = float(np.sqrt(np.sum((torque - mean)[long] ** 2) / dof))
-    if not (size > 0 and scatter_Nm > 1e-6 * float(np.abs(torque).max())):
-        return None
-    gain = float(follows @ off) / size
-    rest = off - gain * follows
-    u_gain = float(np.sqrt(rest @ rest / (dof - 1) / size))
-    if gain + _LIMITS.sigmas * u_gain > _LIMITS.follows:
+    exact = not scatter_Nm > 1e-6 * float(np.abs(torque).max())
+    if exact or not stays(follows, off, dof - 1):
         return None
     u_mean = np.where(long, scatter_Nm / np.sqrt(np.bincount(hold)[hold]), 0.0)
-    moved = 0.5 * np.abs(model(_at(campaign, mean + u_mean)) - model(_at(campaign, mean - u_mean)))
+    moved = 0.5 * np.abs(
+        model(at_torques(campaign, mean + u_mean)) - model(at_torques(campaign, mean - u_mean))
+    )
     # Beside the torque at which the balls slip the model has no solution on one side.
     moved = np.where(np.isfinite(moved), moved, np.nanmax(moved))
     if comes_again:
@@ -136,10 +130,6 @@ def with_torque_errors(campaign: Campaign, columns_arcsec: Floats) -> Campaign:
         torque_errors=Artefact("torque_errors", columns[:, : _LIMITS.columns]),
         u_arcsec=np.sqrt(campaign.u_arcsec**2 + left),
     )
-
-
-def _at(campaign: Campaign, torque_Nm: Floats) -> Campaign:
-    return replace(campaign, readings=replace(campaign.readings, torque_Nm=torque_Nm))
 
 
 def _holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -13,12 +13,13 @@ that a polynomial has belongs to the uncertainty of the angle.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import neighbour_scatter
+from cbpt.lab.diagnosis.followed import at_torques, stays
 from cbpt.lab.diagnosis.held_torque import with_torque_errors
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.readings.turns import turns_of
@@ -31,7 +32,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class _Limits:
-    """What counts as a ramp whose torque scatters, and as not followed."""
+    """What counts as a ramp whose torque scatters."""
 
     fewest: int = 8
     """Readings of a ramp."""
@@ -45,10 +46,9 @@ class _Limits:
     """Share of the readings that are of ramps, at least."""
     chance: float = 0.001
     """With which what is left may be as much the same in all ramps."""
-    follows: float = 0.5
     sigmas: float = 3.0
-    """The angle does not follow where so many standard deviations above what it shows is less than
-    this share of what the model computes."""
+    """By which what is left of a polynomial may be more than scatter, or alike from reading to
+    reading."""
 
 
 _LIMITS = _Limits()
@@ -78,7 +78,7 @@ def ramped_torque(
             modes[-1][rows] = scatter_Nm * found.basis
     if np.count_nonzero(on_ramps) < _LIMITS.ramps * len(torque):
         return campaign, []
-    other = _at(campaign, smooth)
+    other = at_torques(campaign, smooth)
     at_smooth = model(other)
     follows, off = model(campaign) - at_smooth, campaign.y_arcsec - at_smooth
     # Beside the torque at which the balls slip the model has no solution on one side.
@@ -86,7 +86,7 @@ def ramped_torque(
     if not solved or not _stays(campaign, follows, off, on_ramps):
         return campaign, []
     # By one standard deviation of the scatter each way.
-    up, down = (model(_at(campaign, smooth + sign * scatter_Nm)) for sign in (1.0, -1.0))
+    up, down = (model(at_torques(campaign, smooth + sign * scatter_Nm)) for sign in (1.0, -1.0))
     up, down = (np.where(np.isfinite(end), end, at_smooth) for end in (up, down))
     sides = 2.0 - (up == at_smooth) - (down == at_smooth)
     slope = (up - down) / (np.maximum(sides, 1.0) * scatter_Nm)
@@ -116,10 +116,6 @@ def _fits(found: _Smooth, torque_Nm: Floats, ramps: int, scatter_Nm: float) -> b
     return float(chdtrc(len(means), ramps * float(means @ means) / own)) > _LIMITS.chance
 
 
-def _at(campaign: Campaign, torque_Nm: Floats) -> Campaign:
-    return replace(campaign, readings=replace(campaign.readings, torque_Nm=torque_Nm))
-
-
 def _stays(campaign: Campaign, follows: Floats, off: Floats, on_ramps: NDArray[np.bool_]) -> bool:
     """Whether the angle stays where the torque scatters: what both do from reading to reading."""
     rows = campaign.rows
@@ -129,14 +125,8 @@ def _stays(campaign: Campaign, follows: Floats, off: Floats, on_ramps: NDArray[n
     x, y = ((v[behind] - v[pairs])[use] for v in (follows, off))
     solved = np.isfinite(x) & np.isfinite(y)
     x, y = x[solved], y[solved]
-    size = float(x @ x)
-    if not size > 0 or len(x) < _LIMITS.fewest:
-        return False
-    gain = float(x @ y) / size
-    rest = y - gain * x
     # Differences of neighbours count each reading twice.
-    u_gain = float(np.sqrt(2 * (rest @ rest) / (len(x) - 1) / size))
-    return gain + _LIMITS.sigmas * u_gain < _LIMITS.follows
+    return len(x) >= _LIMITS.fewest and stays(x, y, (len(x) - 1) / 2)
 
 
 def _scatter(campaign: Campaign) -> float:
