@@ -65,7 +65,7 @@ def held_torque(
     if campaign.drive.kind == "ball_drive":
         # A loop with play or a stop hardly tells whether the angle follows.
         ways.append((_levels, "about the levels that it is set to", "each level"))
-        ways.append((_places, "from run to run of runs that are alike", "each place in these"))
+        ways.append((_places, "between runs that are alike", "their first, second, ... readings"))
     for find, while_, of_each in ways:
         held = _at_means(campaign, model, *find(campaign), comes_again=find is not _holds)
         if held is not None:
