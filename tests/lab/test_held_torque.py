@@ -54,6 +54,18 @@ def test_scatter_of_the_sensor_is_no_friction(seed: int) -> None:
     assert any("while the torque is held" in note for note in found.notes)
 
 
+def test_rows_show_the_torques_of_the_table_and_those_that_were_used() -> None:
+    read = cbpt.simulate(CASE, held(LEVELS_Nm), u_elastic_angle_arcsec=0.5, seed=1)
+    table = scattered(read, 1)
+    names, rows = cbpt.diagnose(CASE, table).rows()
+    shown = {name: [row[place] for row in rows] for place, name in enumerate(names)}
+    np.testing.assert_array_equal(shown["torque_Nm"], table.torque_Nm)
+    per_hold = np.reshape(shown["torque_used_Nm"], (-1, PER_HOLD))
+    np.testing.assert_array_equal(per_hold, np.repeat(per_hold[:, :1], PER_HOLD, axis=1))
+    names, _ = cbpt.compare(CASE, table).rows()
+    assert "torque_used_Nm" not in names
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_levels_that_come_again_have_one_torque(seed: int) -> None:
     """Loops by dead weights through the same five levels, one reading each, and a torque sensor

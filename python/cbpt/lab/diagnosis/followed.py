@@ -30,8 +30,11 @@ _LIMITS = _Limits()
 
 
 def at_torques(campaign: Campaign, torque_Nm: Floats) -> Campaign:
-    """The campaign as if these torques, shape (n,), had been read."""
-    return replace(campaign, readings=replace(campaign.readings, torque_Nm=torque_Nm))
+    """The campaign with these torques, shape (n,), in place of those that were read."""
+    given = campaign.readings
+    read_Nm = given.torque_Nm if given.torque_read_Nm is None else given.torque_read_Nm
+    readings = replace(given, torque_Nm=torque_Nm, torque_read_Nm=read_Nm)
+    return replace(campaign, readings=readings)
 
 
 def stays(computed: Floats, shown: Floats, dof: float) -> bool:

@@ -204,12 +204,16 @@ def _of_numbers(column: str, values: Floats, most: int) -> Iterator[Division]:
 
 
 def columns_of(r: Readings) -> dict[str, Any]:
-    """Of each reading what a row begins with, before what a model says of it."""
+    """Of each reading what a row begins with, before what a model says of it. The torques are those
+    of the table, and those that were used where these are means; the direction is that of what was
+    used."""
+    means = r.torque_read_Nm is not None
     return {
         "line": r.line,
         "run": r.run,
         "time_s": r.time_s,
-        "torque_Nm": r.torque_Nm,
+        "torque_Nm": r.torque_read_Nm if means else r.torque_Nm,
+        "torque_used_Nm": r.torque_Nm if means else None,
         "preload_N": r.preload_N,
         "input_angle_deg": r.input_angle_deg,
         "direction": r.direction(),

@@ -31,6 +31,7 @@ class Readings:
     u_elastic_angle_arcsec: standard uncertainty (k = 1).
     line: int64, the line of the file each reading stands on, 1-based (of data: the row).
     place: what `line` counts, "line" or "row".
+    torque_read_Nm: what the table says where a diagnosis uses means of it as `torque_Nm`, or None.
     source: the path (with the sheet where there are several), or "<data>".
     sha256: of the bytes of the file (of data: of names and values).
     preload_step: labels, int64 or str, of a preload that was set but not measured.
@@ -56,6 +57,7 @@ class Readings:
     extra: dict[str, Floats] = field(default_factory=dict)
     labels: dict[str, NDArray[np.str_]] = field(default_factory=dict)
     place: str = "row"
+    torque_read_Nm: Floats | None = None
     run_index: Ints = field(init=False)
 
     def __post_init__(self) -> None:
