@@ -51,10 +51,16 @@ def unnamed(outcome: Outcome) -> bool:
     return bool(outcome["family"] == "outside")
 
 
+_AS_NOISE = {"encoder_ripple": "encoder"}
+"""What has a name as noise, by what is hidden."""
+
+
 def tells_unnamed(outcome: Outcome) -> bool:
-    """Whether something without a name is told."""
+    """Whether something without a name is told, or what is hidden is named as noise."""
     answer = outcome["answer"]
     spoken = set(answer["effects"]).union(*map(set, answer["rivals"]))
+    if {_AS_NOISE.get(h["id"]) for h in outcome["truth"]["hidden"]} & set(answer.get("noise", ())):
+        return True
     return bool(answer.get("remains")) or answer["kind"] == "unknown" or "unknown" in spoken
 
 

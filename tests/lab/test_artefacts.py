@@ -52,8 +52,14 @@ def _first(rng: np.random.Generator, read: Floats) -> Floats:
     return read
 
 
+def _encoder(rng: np.random.Generator, read: Floats) -> Floats:
+    return read + 2 * U_ARCSEC * np.sin(2 * np.pi * read / 14.0 + rng.uniform(0, 6))
+
+
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize(("kind", "add"), [("random_walk", _walk), ("first_reading", _first)])
+@pytest.mark.parametrize(
+    ("kind", "add"), [("random_walk", _walk), ("first_reading", _first), ("encoder", _encoder)]
+)
 def test_what_the_angle_sensor_does_is_no_effect(
     kind: str, add: Callable[[np.random.Generator, Floats], Floats], seed: int
 ) -> None:

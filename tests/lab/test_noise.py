@@ -16,6 +16,7 @@ from scipy import integrate, stats
 
 from cbpt.lab.covariance.artefacts import (
     Artefact,
+    encoders,
     first_readings,
     gains_of,
     random_walk,
@@ -214,6 +215,21 @@ def test_first_readings_need_runs_with_others() -> None:
     assert many.columns_arcsec.shape == (195, 1)
     assert not list(first_readings(Rows.of(np.repeat([0, 1], 4)).before))
     assert not list(first_readings(Rows.of(np.repeat([0, 1, 2], 2)).before))
+
+
+def test_periods_of_an_encoder_are_those_that_the_readings_sample() -> None:
+    """No curves, no scatter, and no sine through a few angles."""
+    angle, rng = np.linspace(-50.0, 50.0, 400), np.random.default_rng(1)
+    wanted, found = np.sin(0.7 + 2 * np.pi * angle / 10), encoders(angle, angle, 0.5)
+    left = [wanted - a.columns_arcsec @ np.linalg.lstsq(a.columns_arcsec, wanted)[0] for a in found]
+    assert min(float(np.linalg.norm(x)) for x in left) < 1e-9
+    assert {a.among for a in found} == {len(found)} and len(found) < 200
+    assert price_of(Noise(artefact=found[0])) > price_of(
+        Noise(artefact=Artefact("encoder", found[0].columns_arcsec))
+    )
+    assert encoders(angle, angle, 20.0) == [] and encoders(np.zeros(9), np.zeros(9), 0.5) == []
+    few = np.repeat(np.linspace(-50.0, 50.0, 9), 40)
+    assert encoders(few + 3 * rng.standard_normal(len(few)), few, 0.5) == []
 
 
 @given(st.integers(1, 4), st.floats(0.1, 30), st.integers(0, 99))

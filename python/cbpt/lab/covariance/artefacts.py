@@ -2,8 +2,10 @@
 coefficients.
 
 Artefact        one of a kind, with the size that it has
-random_walk     the zero wanders in absolute time; in a table without times from reading to reading
+random_walk     the zero wanders in absolute time
+walks_by_order  the zero drifts or wanders from reading to reading, in a table without times
 first_readings  the first reading of every run is off, say before a clamp has settled
+encoders        an error with a period of the angle that is read, as a graduated disc has
 (torque_errors) what the errors of torques do that are means or polynomials through what a
                 sensor showed (`diagnosis.held_torque`, `ramped_torque`)
 gains_of        log likelihood that an artefact gains where all else has been taken out
@@ -13,9 +15,10 @@ A random walk is a Brownian motion from the first reading on, by the leading ter
 Karhunen-Loeve expansion (Loeve 1978, section 37.5); what they leave is quick and small and counts
 as noise.
 
-The error of a graduated disc, with a period of the angle that is read, is not among them: torques
-of a few sizes turn the drive by angles of a few sizes, and through any of these goes a sine of the
-right period. It stands as a lack of fit without a name.
+Torques of a few sizes turn the drive by angles of a few sizes, and through any of these goes a sine
+of some period. So a period is offered as far as the readings sample it: they stand in most quarters
+of it, over its whole range. The error of a disc that is graduated more finely stays a lack of fit
+without a name.
 """
 
 from __future__ import annotations
@@ -30,7 +33,7 @@ from numpy.typing import NDArray
 from cbpt.lab.covariance.symmetric import eigen
 
 Floats = NDArray[np.float64]
-Kind = Literal["random_walk", "first_reading", "torque_errors"]
+Kind = Literal["random_walk", "first_reading", "encoder", "torque_errors"]
 
 _TERMS = 16
 """Of the expansion of a random walk: they hold 97 % of its variance."""
@@ -46,6 +49,8 @@ class Artefact:
 
     kind: Kind
     columns_arcsec: Floats
+    among: int = 1
+    """Of how many columns like these the best are taken."""
 
     def sized(self, factor: float) -> Artefact:
         """So many times as large."""
@@ -79,6 +84,16 @@ def random_walk(time_s: Floats) -> Artefact | None:
     return Artefact("random_walk", columns)
 
 
+def walks_by_order(order: Floats) -> list[Artefact]:
+    """A zero that drifts steadily from reading to reading, 1 arcsec at the last one, and one that
+    wanders."""
+    walk = random_walk(order)
+    if walk is None:
+        return []
+    straight = Artefact("random_walk", (order / order.max())[:, None])
+    return [replace(way, among=2) for way in (straight, walk)]
+
+
 def first_readings(before: NDArray[np.int64]) -> Iterator[Artefact]:
     """1 arcsec, alike in all runs, and with a part of each run's own; `before` is negative for the
     first reading of a run. None where runs are of one or two readings, or there are two at most."""
@@ -92,6 +107,43 @@ def first_readings(before: NDArray[np.int64]) -> Iterator[Artefact]:
         alone = np.zeros((len(before), runs))
         alone[np.flatnonzero(first), np.arange(runs)] = _ALONE
         yield Artefact("first_reading", np.column_stack([alike, alone]))
+
+
+@dataclass(frozen=True)
+class _Periods:
+    """Which periods of an encoder are looked for."""
+
+    fewest: float = 5.0
+    """In the range of the angles: fewer are any curve of the angle."""
+    apart: float = 0.25
+    """From one to the next, counted in periods: half a turn of the phase at the middle hides in no
+    gap."""
+    least_u: float = 10.0
+    """Of the uncertainty of a reading in the shortest one: the scatter of the angle that is read
+    hides the phase of shorter ones."""
+    sampled: float = 0.75
+    """Share of the quarters of a period, over the range of the angles, that readings stand in."""
+
+
+_PERIODS = _Periods()
+
+
+def encoders(read_arcsec: Floats, model_arcsec: Floats, u_arcsec: float) -> list[Artefact]:
+    """1 arcsec at each period that the readings can show. model_arcsec: the angles that a model
+    computes, which do not scatter: how densely the readings stand is told by them."""
+    range_arcsec = float(np.ptp(model_arcsec))
+    if not range_arcsec > 0:
+        return []
+    most = range_arcsec / max(_PERIODS.least_u * u_arcsec, 1e-6 * range_arcsec)
+    most = min(most, len(read_arcsec) / 4)
+    found = []
+    for count in np.arange(_PERIODS.fewest, most, _PERIODS.apart):
+        quarters = np.floor(4 * count * (model_arcsec - model_arcsec.min()) / range_arcsec)
+        if len(np.unique(quarters)) < _PERIODS.sampled * 4 * count:
+            break
+        phase = 2 * np.pi * count * read_arcsec / range_arcsec
+        found.append(np.column_stack([np.cos(phase), np.sin(phase)]))
+    return [Artefact("encoder", columns, among=len(found)) for columns in found]
 
 
 def gains_of(gram: Floats, projection: Floats, sizes: Floats) -> Floats:

@@ -39,8 +39,10 @@ def log_scale_prior(scale: Floats, stated_dof: float) -> Floats:
 def price_of(noise: Noise) -> float:
     """Log likelihood that the structure of a noise has to gain."""
     inflation = 0.0 if noise.inflation is None else price_of_inflation(noise.inflation)
-    artefact = PRICE_OF_ARTEFACT if noise.has_artefact else 0.0
-    return PRICE * noise.numbers + artefact + inflation
+    artefact = 0.0
+    if noise.artefact is not None and noise.has_artefact:
+        artefact = PRICE_OF_ARTEFACT + np.log(noise.artefact.among)
+    return PRICE * noise.numbers + float(artefact) + inflation
 
 
 class _Sums:

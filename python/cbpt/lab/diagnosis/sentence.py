@@ -13,7 +13,7 @@ from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
-from cbpt.lab.selection.decision import Why, noise_words
+from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import called, columns_in_words, number_called
@@ -24,8 +24,9 @@ _NOISE = {
     "correlated": "noise that is correlated between successive readings",
     "heavy_tailed": "noise with heavy tails",
     "torque_noise": "scatter of the torque readings",
-    "random_walk": "a zero that wanders in time",
+    "random_walk": "a zero that drifts or wanders",
     "first_reading": "a first reading of each run that is off",
+    "encoder": "an error of the angle sensor with a period of the angle",
     "outliers": "a few outliers",
     "misstated": "a misstated uncertainty",
 }
@@ -227,10 +228,10 @@ def _undecided(d: DiagnosisData) -> str:
 def _in_its_place(d: DiagnosisData) -> str:
     """What an instrument would have done where no effect is missing; an artefact is no effect, and
     has no place among those that are possible."""
-    null = d.competition.fits[()]
-    told = [w for w in noise_words(d.competition, null) if w in ("random_walk", "first_reading")]
-    what = listed([_NOISE[word] for word in told])
-    return f" Or nothing is missing, and the instrument shows {what}." if what else ""
+    artefact = d.competition.fits[()].noise.artefact
+    if artefact is None or artefact.is_known:
+        return ""
+    return f" Or nothing is missing, and the instrument shows {_NOISE[artefact.kind]}."
 
 
 def _rest(d: DiagnosisData, angle: AngleUnit) -> str:

@@ -15,7 +15,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.artefacts import Artefact, first_readings, gains_of, random_walk
+from cbpt.lab.covariance.artefacts import (
+    Artefact,
+    encoders,
+    first_readings,
+    gains_of,
+    random_walk,
+    walks_by_order,
+)
 from cbpt.lab.covariance.fit_noise import fit_noise, price_of
 from cbpt.lab.covariance.linear_gaussian import Linear, Margin, Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
@@ -257,24 +264,34 @@ def with_an_artefact(
     whitener = Whitener.of(noise.select(some), c.u_arcsec[some], c.rows.select(some))
     margin = Margin.of(whitener(y[some]), whitener(x[some]), precision)
     sizes = np.array(_ARTEFACT_SIZES) * float(np.median(c.u_arcsec))
-    for artefact in _artefacts(c):
-        seen = whitener(artefact.columns_arcsec[some])
-        left = margin.left(seen)
-        gains = gains_of(seen.T @ left, left.T @ margin.y, sizes)
-        size = sizes[int(np.argmax(gains))]
-        kind = replace(noise, artefact=artefact.sized(size).beside(noise.artefact))
-        if gains.max() > price_of(kind) - price_of(noise):
+    for alike in _artefacts(c, fit):
+        seen = whitener(np.column_stack([one.columns_arcsec[some] for one in alike]))
+        left, end, found = margin.left(seen), 0, []
+        for artefact in alike:
+            own = slice(end, end := end + artefact.columns_arcsec.shape[1])
+            gains = gains_of(seen[:, own].T @ left[:, own], left[:, own].T @ margin.y, sizes)
+            best = int(np.argmax(gains))
+            found.append((float(gains[best]), artefact.sized(sizes[best])))
+        gain, sized = max(found, key=lambda f: f[0])
+        kind = replace(noise, artefact=sized.beside(noise.artefact))
+        if gain > price_of(kind) - price_of(noise):
             yield kind
 
 
-def _artefacts(campaign: Campaign) -> Iterator[Artefact]:
-    """Those that the columns of a table can show; without times a zero wanders from reading to
-    reading."""
+def _artefacts(campaign: Campaign, fit: Fit) -> Iterator[list[Artefact]]:
+    """Those that the columns of a table can show, and of those that differ by a period alone all;
+    without times a zero wanders from reading to reading."""
     time_s = campaign.readings.time_s
-    passed = np.arange(float(len(campaign))) if time_s is None else time_s
-    if (walk := random_walk(passed)) is not None:
-        yield walk
-    yield from first_readings(campaign.rows.before)
+    if time_s is None:
+        # No time, no `drift`: a steady one is a straight walk.
+        yield walks_by_order(np.arange(float(len(campaign))))
+    elif (walk := random_walk(time_s)) is not None:
+        yield [walk]
+    for first in first_readings(campaign.rows.before):
+        yield [first]
+    read, typical = campaign.y_arcsec, float(np.median(campaign.u_arcsec))
+    if periods := encoders(read, read - fit.residual_arcsec, typical):
+        yield periods
 
 
 def _slope(fit: Fit, size: Floats) -> Floats | None:
