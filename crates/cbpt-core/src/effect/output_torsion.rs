@@ -5,7 +5,8 @@
 //!   senses load all of them, so their stiffness there is one number;
 //! - be clamped by the preload (p): p = 1/3 for one smooth contact (Mindlin), 1 for rough faces, as far as they slip by little;
 //! - stiffen with the torque (h): k_t (1 + h |M0|), so J = sgn(M0) ln(1 + h |M0|)/h;
-//! - come to a stop (`M_s`): J stays as it is at `M_s`.
+//! - come to a stop (`M_s`): J stays as it is at `M_s`;
+//! - open (`M_o`): clamped, it is rigid up to `M_o`, and |M0| - `M_o` takes the place of |M0|.
 
 use super::dual::Dual;
 use super::port::{Action, DriveNumbers, Row};
@@ -23,9 +24,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Series,
     reducers: Reducers::All,
-    equation: "alpha += (J/k_t) (1 + a sgn M0) (500 N/N_Z)^p, J = M0; of a joint J = sgn(M0) ln(1 + h |M0|)/h, up to |M0| = M_s",
-    source: "torsion of an elastic shaft; stiffness of a clamped joint: Mindlin, J. Appl. Mech. 16 (1949) 259 (p = 1/3), Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300 (p = 1)",
-    tell_tale: "the residual is proportional to torque, does not depend on preload and has no loop; of a joint it differs by the sign of the torque, falls with the preload, or levels off",
+    equation: "alpha += (J/k_t) (1 + a sgn M0) (500 N/N_Z)^p, J = M0; of a joint J = sgn(M0) ln(1 + h |M0|)/h, up to |M0| = M_s; |M0| - M_o for |M0| where it opens at M_o",
+    source: "torsion of an elastic shaft; stiffness of a clamped joint: Mindlin, J. Appl. Mech. 16 (1949) 259 (p = 1/3), Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300 (p = 1); a clamped joint opens at a load: Bickford, An Introduction to the Design and Behavior of Bolted Joints (CRC Press)",
+    tell_tale: "the residual is proportional to torque, does not depend on preload and has no loop; of a joint it differs by the sign of the torque, falls with the preload, levels off, or begins at a torque",
     parameters: &[
         Parameter::size("compliance", Quantity::AnglePerTorque, "torsional compliance 1/k_t")
             .within(0.0, 1.0)
@@ -55,19 +56,23 @@ pub static SPEC: Spec = Spec {
             "stop_torque",
             Quantity::Torque,
             NO_STOP_NM,
-            "torque M_s at which the joint comes to a stop",
+            "torque M_s at which the joint comes to a stop, beyond the one at which it opens",
         )
         .within(1e-9, 1e12)
         .likely(1e-3, 1e3)
         .log(),
+        Parameter::shape("opening_torque", Quantity::Torque, 0.0, "torque M_o from which on the joint gives")
+            .within(0.0, 1e9)
+            .likely(1e-3, 1e3),
     ],
     twins: &[],
     action: Action::Series(act),
 };
 
 fn act(own: &[Dual], row: &Row, _: &DriveNumbers, torque_Nm: Dual) -> Dual {
-    let [compliance, asymmetry, exponent, stiffening, stop_Nm] = [own[0], own[1], own[2], own[3], own[4]];
-    let mut angle = compliance * wound(torque_Nm, &stiffening, &stop_Nm);
+    let [compliance, asymmetry, exponent, stiffening, stop_Nm, opening_Nm] =
+        [own[0], own[1], own[2], own[3], own[4], own[5]];
+    let mut angle = compliance * wound(beyond(torque_Nm, &opening_Nm), &stiffening, &stop_Nm);
     if acts(&asymmetry) {
         let sign = if torque_Nm.value < 0.0 { -1.0 } else { 1.0 };
         angle *= asymmetry * sign + 1.0;
@@ -83,6 +88,14 @@ fn act(own: &[Dual], row: &Row, _: &DriveNumbers, torque_Nm: Dual) -> Dual {
 /// A shape that is not 0, or whose derivative is wanted.
 fn acts(shape: &Dual) -> bool {
     *shape != Dual::constant(0.0)
+}
+
+/// What is left of the torque beyond the one at which the joint opens.
+fn beyond(torque_Nm: Dual, opening_Nm: &Dual) -> Dual {
+    if torque_Nm.value.abs() < opening_Nm.value {
+        return Dual::constant(0.0);
+    }
+    if torque_Nm.value < 0.0 { torque_Nm + *opening_Nm } else { torque_Nm - *opening_Nm }
 }
 
 /// J: what the torque winds up, over the compliance, N m.
@@ -112,7 +125,7 @@ mod tests {
     use super::*;
     use crate::effect::testing::{assert_close, series, vanishes};
 
-    const SHAFT: [f64; 5] = [1e-6, 0.0, 0.0, 0.0, NO_STOP_NM];
+    const SHAFT: [f64; 6] = [1e-6, 0.0, 0.0, 0.0, NO_STOP_NM, 0.0];
 
     fn joint(change: [(usize, f64); 1], torque_Nm: f64) -> f64 {
         let mut own = SHAFT;
@@ -147,6 +160,13 @@ mod tests {
         assert_close(joint([(3, 1e-7)], 4.0), 4e-6 * (1.0 - 2e-7 + 16e-14 / 3.0));
         assert_close(joint([(4, 2.5)], -4.0), -2.5e-6);
         assert_close(joint([(4, 2.5)], 2.0), 2e-6);
+    }
+
+    /// Below 2.5 N m it is rigid.
+    #[test]
+    fn it_opens() {
+        assert_close(joint([(5, 2.5)], -4.0), -1.5e-6);
+        assert_eq!(joint([(5, 2.5)], 2.0), 0.0);
     }
 
     #[test]

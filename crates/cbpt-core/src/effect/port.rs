@@ -101,9 +101,9 @@ pub struct Contact {
     pub play_rad: Dual,
     /// Torque within which the backlash is taken up, N m.
     pub transition_torque_Nm: Dual,
-    /// What a torsion spring turns beside its curve at the reference torque: a part with the square of the torque and one
-    /// with its cube, rad.
-    pub curve_rad: [Dual; 2],
+    /// What a torsion spring turns beside its curve at the reference torque: a part with the square of the torque, one
+    /// with its cube, and one with a square that is alike for both signs, rad.
+    pub curve_rad: [Dual; 3],
     /// The torque at which it does, N m.
     pub reference_torque_Nm: Dual,
     /// Share of the torque beyond `stop_torque_Nm` that a stop beside the contacts takes.
@@ -121,7 +121,7 @@ impl Contact {
             exponent: Dual::constant(HERTZ_EXPONENT),
             play_rad: Dual::constant(0.0),
             transition_torque_Nm: Dual::constant(1.0),
-            curve_rad: [Dual::constant(0.0); 2],
+            curve_rad: [Dual::constant(0.0); 3],
             reference_torque_Nm: Dual::constant(1.0),
             stop_share: Dual::constant(0.0),
             stop_torque_Nm: Dual::constant(1.0),

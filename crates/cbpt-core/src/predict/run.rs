@@ -221,12 +221,13 @@ impl Block<'_> {
             angle.add_slope(slopes.log_stiffness / contact.stiffness_scale.value, &contact.stiffness_scale);
             angle.add_slope(slopes.contact_angle, &contact.contact_angle_shift_rad);
             angle.add_slope(slopes.exponent, &contact.exponent);
-            let [squared, cubed] = &contact.curve_rad;
+            let [squared, cubed, skewed] = &contact.curve_rad;
             let spring = [
                 &contact.play_rad,
                 &contact.transition_torque_Nm,
                 squared,
                 cubed,
+                skewed,
                 &contact.reference_torque_Nm,
             ];
             for (slope, number) in mesh.spring.iter().zip(spring) {

@@ -17,7 +17,7 @@ pub struct Spring<'a> {
     scale: f64,
     play_rad: f64,
     transition_Nm: f64,
-    curve_rad: [f64; 2],
+    curve_rad: [f64; 3],
     reference_Nm: f64,
 }
 
@@ -39,10 +39,11 @@ impl<'a> Spring<'a> {
         let twist = self.curve.twist(torque_Nm);
         let (share, [by_torque, by_transition]) = taken_up(torque_Nm, self.transition_Nm);
         let elastic_rad = twist.angle_rad / self.scale;
-        let ([squared, cubed], [by_squared, by_cubed]) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
-        let [a, b] = self.curve_rad;
-        let by_curve = a * by_squared + b * by_cubed;
-        let angle_rad = elastic_rad + self.play_rad * share + a * squared + b * cubed;
+        let (parts, slopes) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
+        let sum = |of: [f64; 3]| self.curve_rad.iter().zip(of).map(|(size, one)| size * one).sum::<f64>();
+        let by_curve = sum(slopes);
+        let angle_rad = elastic_rad + self.play_rad * share + sum(parts);
+        let [squared, cubed, skewed] = parts;
         Mesh {
             status: twist.status,
             angle_rad,
@@ -58,6 +59,7 @@ impl<'a> Spring<'a> {
                 self.play_rad * by_transition,
                 squared,
                 cubed,
+                skewed,
                 -by_curve * torque_Nm / self.reference_Nm,
             ],
             torque_Nm,

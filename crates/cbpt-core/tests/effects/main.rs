@@ -200,6 +200,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "time_constant_s") => 30.0,
         (_, "slip_angle_rad") => 6.0 * ARCSEC,
         (_, "slip_exponent") => -0.4,
+        (_, "opening_torque_Nm") => 0.9,
         (_, "weakening_ratio") => 4.0,
         (_, "reference_rate_rad_per_s") => 1e-6,
         _ => panic!("a new parameter, {name} of {id}, wants a typical value"),

@@ -349,11 +349,17 @@ def within_limits(variant: Variant) -> Variant | None:
 
 
 def joints(torque_Nm: float) -> tuple[Variant, ...]:
-    """A joint of the shaft that gives less as it is loaded: by 5 to 22 % at the largest torque."""
-    grid = (0.25 / torque_Nm,)
-    growth = Shape("stiffening_per_Nm", 0.1 / torque_Nm, 0.6 / torque_Nm, grid, log=True)
+    """A joint of the shaft that gives less as it is loaded, by 5 to 22 % at the largest torque; or
+    one that opens at 20 to 80 % of it."""
+    per_Nm = 1 / torque_Nm
+    growth = Shape("stiffening_per_Nm", 0.1 * per_Nm, 0.6 * per_Nm, (0.25 * per_Nm,), log=True)
+    at = 0.35 * torque_Nm, 0.6 * torque_Nm
+    opens = Shape("opening_torque_Nm", 0.2 * torque_Nm, 0.8 * torque_Nm, at, log=True)
     shaft = next(v for v in VARIANTS if v.effect == "output_torsion")
-    return (replace(shaft, shapes=(growth,), name="stiffening"),)
+    return tuple(
+        replace(shaft, shapes=(shape,), name=name)
+        for shape, name in ((growth, "stiffening"), (opens, "that opens"))
+    )
 
 
 def soft_plays(torque_Nm: float) -> tuple[Variant, ...]:

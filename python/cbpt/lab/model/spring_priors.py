@@ -228,6 +228,15 @@ def _sensor_curve(angle: float) -> Variant:
     return _signed(curve, ratios=(1.0, 1 / angle))
 
 
+def _stiffness_curves(torque: float, angle: float) -> Iterator[Variant]:
+    """Alike under both signs of the torque or nearly. Without friction or play nothing tells them
+    from a sensor that bends."""
+    for second, name, ratio in (("cubed_rad", "", 1.0), ("skewed_rad", "skewed", 0.1)):
+        curve = _of("stiffness_curve", ("squared_rad", second), angle, 1e-3, 0.5)
+        curve = _signed(curve, name, ratios=(1.0, ratio))
+        yield replace(curve, fixed=(("reference_torque_Nm", torque),))
+
+
 def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     readings = campaign.readings
     torque, angle = _reach(campaign)
@@ -247,9 +256,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield from _lags(campaign, torque)
     yield from _rate_frictions(campaign)
     yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
-    # Without friction or play nothing tells it from a sensor that bends.
-    curve = _of("stiffness_curve", ("squared_rad", "cubed_rad"), angle, 1e-3, 0.5)
-    yield replace(_signed(curve), fixed=(("reference_torque_Nm", torque),))
+    yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)
     # Nearer to zero torque a softer spring with a stop is a play.
     yield _hard_stop(torque, 0.4, (0.5, 0.65, 0.8))

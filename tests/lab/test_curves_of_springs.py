@@ -1,0 +1,48 @@
+"""Property: a spring that bends one way, or a joint that opens, is no certain sensor that bends."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cbpt
+from common.comparisons import EXAMPLES
+
+CASE = EXAMPLES / "campaign.toml"
+EXAMPLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
+assert EXAMPLE.preload_N is not None
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_spring_that_bends_one_way_is_no_certain_sensor(tmp_path: Path, seed: int) -> None:
+    """It was named a nonlinear sensor: a curve of the spring had to be alike under both signs."""
+    case = tmp_path / "case.toml"
+    case.write_text("[torsion_spring]\ntorsional_stiffness_Nm_per_rad = 2000.0\n")
+    up = np.linspace(0.0, 30.0, 13)
+    loop = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
+    torque = np.tile(loop, 3)
+    angle = torque / 2000.0 - 1e-4 * np.where(torque < 0, (torque / 30.0) ** 2, 0.0)
+    noise = 4e-6 * np.random.default_rng(seed).standard_normal(len(torque))
+    table = {
+        "run": np.repeat([1, 2, 3], len(loop)),
+        "time_s": 5.0 * np.arange(len(torque)),
+        "torque_Nm": torque,
+        "elastic_angle_rad": angle + noise,
+        "u_elastic_angle_rad": np.full(len(torque), 4e-6),
+    }
+    verdict = cbpt.diagnose(case, table).verdict
+    assert verdict.effects == ()
+    assert [{"sensor_nonlinearity", "stiffness_curve"}] == [set(g) for g in verdict.rivals], verdict
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_joint_of_a_ball_drive_that_opens_is_no_certain_sensor(seed: int) -> None:
+    """Its drive hardly bends, so at one preload and angle both follow the other's curve."""
+    opens = ("output_torsion", {"compliance_rad_per_Nm": 6e-6, "opening_torque_Nm": 4.0})
+    table = EXAMPLE.select(EXAMPLE.preload_N == 800.0)
+    read = cbpt.simulate(CASE, table, effects=[opens], seed=seed)
+    verdict = cbpt.diagnose(CASE, read).verdict
+    assert "sensor_nonlinearity" not in verdict.effects, verdict
+    assert any("output_torsion" in names for names in (verdict.effects, *verdict.rivals)), verdict
