@@ -116,6 +116,76 @@ def test_levels_that_are_overshot_stay_as_they_were_read(slow_Nm: float, fast_Nm
     np.testing.assert_array_equal(found.readings.torque_Nm, torque)
 
 
+STAIRS_Nm = np.concatenate([np.arange(0.0, 11.0), np.arange(9.0, -11.0, -1), np.arange(-9.0, 1.0)])
+
+
+@pytest.mark.parametrize("per_hold", [2, 3, 4])
+@pytest.mark.parametrize("seed", range(2))
+def test_holds_of_a_few_readings_are_told_by_the_angle(per_hold: int, seed: int) -> None:
+    """Stairs of a spring, with a step of the torque six times what its sensor scatters: the holds
+    were not found, and it was friction or an effect without a name for certain."""
+    torque = np.tile(np.repeat(STAIRS_Nm, per_hold), 2)
+    rng = np.random.default_rng([11, per_hold, seed])
+    table = {
+        "run": np.repeat([1, 2], len(torque) // 2),
+        "time_s": 5.0 * np.arange(len(torque)),
+        "torque_Nm": torque + rng.standard_normal(len(torque)) / 6,
+        "elastic_angle_arcsec": 30.0 * torque + 3.0 * rng.standard_normal(len(torque)),
+        "u_elastic_angle_arcsec": np.full(len(torque), 3.0),
+    }
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 2.0}}
+    found = cbpt.diagnose(spring, table)
+    assert (found.verdict.effects, found.verdict.rivals) == ((), ()), found.sentence
+    assert found.verdict.kind in ("complete", "rig"), found.sentence
+    assert any("while the torque is held" in note for note in found.notes)
+
+
+def test_steps_that_are_all_large_end_no_diagnosis() -> None:
+    """An angle that is one reading late jumps where the torque does not."""
+    torque = np.repeat(STAIRS_Nm, 2)
+    noise = np.random.default_rng(1).standard_normal(len(torque) - 1)
+    table = {
+        "torque_Nm": torque[1:],
+        "elastic_angle_arcsec": 30.0 * torque[:-1] + 0.1 * noise,
+        "u_elastic_angle_arcsec": np.full(len(torque) - 1, 3.0),
+    }
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 2.0}}
+    np.testing.assert_array_equal(cbpt.diagnose(spring, table).readings.torque_Nm, torque[1:])
+
+
+@pytest.mark.parametrize("digit_Nm", [0.1, 0.2])
+def test_a_digit_of_the_torque_ends_no_hold(digit_Nm: float) -> None:
+    torque = np.tile(np.repeat(STAIRS_Nm, 6), 2)
+    rng = np.random.default_rng(3)
+    scattered_Nm = torque + 0.4 * digit_Nm * rng.standard_normal(len(torque))
+    table = {
+        "run": np.repeat([1, 2], len(torque) // 2),
+        "time_s": 5.0 * np.arange(len(torque)),
+        "torque_Nm": np.round(scattered_Nm / digit_Nm) * digit_Nm,
+        "elastic_angle_arcsec": 30.0 * torque + 3.0 * rng.standard_normal(len(torque)),
+        "u_elastic_angle_arcsec": np.full(len(torque), 3.0),
+    }
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 2.0}}
+    verdict = cbpt.diagnose(spring, table).verdict
+    assert (verdict.effects, verdict.rivals) == ((), ()), verdict
+
+
+def test_a_late_torque_sensor_is_not_averaged() -> None:
+    """In each hold its first readings lag behind the step: no scatter, and no mean torque."""
+    torque = np.tile(np.repeat(STAIRS_Nm, 3), 2)
+    late = torque - 0.7 * np.where(np.arange(len(torque)) % 3 == 0, np.diff(torque, prepend=0.0), 0)
+    rng = np.random.default_rng(5)
+    shown = late + 0.05 * rng.standard_normal(len(torque))
+    table = {
+        "run": np.repeat([1, 2], len(torque) // 2),
+        "torque_Nm": shown,
+        "elastic_angle_arcsec": 30.0 * torque + 3.0 * rng.standard_normal(len(torque)),
+        "u_elastic_angle_arcsec": np.full(len(torque), 3.0),
+    }
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 2.0}}
+    np.testing.assert_array_equal(cbpt.diagnose(spring, table).readings.torque_Nm, shown)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_error_of_a_mean_torque_is_no_effect(seed: int) -> None:
     """It moves the readings of a hold together, by more than they scatter."""

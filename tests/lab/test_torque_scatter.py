@@ -53,6 +53,15 @@ SLOPE = 300.0
 """arcsec/(N m)"""
 
 
+def test_stairs_of_exact_torques_are_no_ramps_that_scatter() -> None:
+    """More than half of their steps are nothing at all, by which the scatter was divided."""
+    smooth = ramp(240)
+    stairs = np.repeat(smooth[1::3], 3)
+    given = campaign(stairs, SLOPE * smooth + noise(len(smooth)))
+    same, told = with_torque_scatter(given)
+    assert same is given and told == []
+
+
 @pytest.mark.parametrize("u_arcsec", [10.0, 40.0])
 @pytest.mark.parametrize("seed", [0, 1, 5])
 def test_torque_noise_alone_is_told_as_such(seed: int, u_arcsec: float) -> None:

@@ -22,8 +22,8 @@ class _Limits:
 
     follows: float = 0.5
     sigmas: float = 3.0
-    """The angle does not follow where so many standard deviations above what it shows is less than
-    this share of what the model computes."""
+    """The angle does not follow where it shows no more than this share of what the model computes,
+    and less than all of it by so many standard deviations."""
 
 
 _LIMITS = _Limits()
@@ -49,4 +49,4 @@ def stays(computed: Floats, shown: Floats, dof: float) -> bool:
     gain = float(computed @ shown) / size
     rest = shown - gain * computed
     u_gain = float(np.sqrt(rest @ rest / dof / size))
-    return gain + _LIMITS.sigmas * u_gain <= _LIMITS.follows
+    return gain <= _LIMITS.follows and gain + _LIMITS.sigmas * u_gain <= 1.0

@@ -2,6 +2,7 @@
 
 held_torque  a campaign with the mean torque of each hold, each level that comes again or each
              place in runs that are alike, where the angle does not follow
+holds               which readings the torque was held at
 with_torque_errors  one with what the errors of its torques make of the angles
 
 An angle that follows a torque follows its scatter as well. Where it does not, the scatter is the
@@ -23,9 +24,10 @@ from cbpt.lab.covariance.linear_gaussian import Held
 from cbpt.lab.diagnosis.followed import at_torques, stays
 from cbpt.lab.model.dataset import Campaign
 
-__all__ = ["held_torque", "with_torque_errors"]
+__all__ = ["held_torque", "holds", "with_torque_errors"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,11 @@ class _Limits:
 
     fewest: int = 3
     """Readings of a hold."""
-    jump: float = 5.0
-    """Steps of the torque from which a hold ends, in typical steps of the run."""
+    jump: float = 7.0
+    """Steps of torque and angle (root sum of squares) from which a hold ends, each in typical steps
+    inside holds of the run."""
+    rounds: int = 8
+    """Times at most that typical steps are taken anew, without jumps."""
     apart: float = 2.0
     """Gap between levels, in widest gaps between readings of one level."""
     overshot: float = 4.0
@@ -61,13 +66,13 @@ def held_torque(
 
     model: the case at every reading of a campaign, arcsec.
     """
-    ways = [(_holds, "while the torque is held", "each hold")]
+    ways = [(holds, "while the torque is held", "each hold")]
     if campaign.drive.kind == "ball_drive":
         # A loop with play or a stop hardly tells whether the angle follows.
         ways.append((_levels, "about the levels that it is set to", "each level"))
         ways.append((_places, "between runs that are alike", "their first, second, ... readings"))
     for find, while_, of_each in ways:
-        held = _at_means(campaign, model, *find(campaign), comes_again=find is not _holds)
+        held = _at_means(campaign, model, *find(campaign), comes_again=find is not holds)
         if held is not None:
             other, scatter_Nm = held
             return other, [
@@ -88,7 +93,11 @@ def _at_means(
     None where the angle follows that. comes_again: whether holds go through many runs."""
     torque = campaign.readings.torque_Nm
     dof = int(np.count_nonzero(long)) - len(np.unique(hold[long]))
-    if dof < _LIMITS.fewest_dof:
+    # Of a few holds among ramps little is told, and the ramps have a scatter of their own.
+    if dof < _LIMITS.fewest_dof or np.mean(long) <= 0.5:
+        return None
+    order = campaign.rows.order
+    if not comes_again and _settles(torque[order], hold[order], long[order]):
         return None
     mean = np.where(long, _means(torque, hold), torque)
     other = at_torques(campaign, mean)
@@ -100,12 +109,15 @@ def _at_means(
     exact = not scatter_Nm > 1e-6 * float(np.abs(torque).max())
     if exact or not stays(follows, off, dof - 1):
         return None
-    u_mean = np.where(long, scatter_Nm / np.sqrt(np.bincount(hold)[hold]), 0.0)
+    # What is in no hold has the scatter of its own reading.
+    u_mean = scatter_Nm / np.sqrt(np.where(long, np.bincount(hold)[hold], 1))
     moved = 0.5 * np.abs(
         model(at_torques(campaign, mean + u_mean)) - model(at_torques(campaign, mean - u_mean))
     )
     # Beside the torque at which the balls slip the model has no solution on one side.
     moved = np.where(np.isfinite(moved), moved, np.nanmax(moved))
+    other = replace(other, u_arcsec=np.hypot(other.u_arcsec, np.where(long, 0.0, moved)))
+    moved = np.where(long, moved, 0.0)
     if comes_again:
         return with_torque_errors(other, moved[:, None] * _members(hold, long)), scatter_Nm
     return replace(other, held=Held(moved, hold)), scatter_Nm
@@ -132,20 +144,64 @@ def with_torque_errors(campaign: Campaign, columns_arcsec: Floats) -> Campaign:
     )
 
 
-def _holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def holds(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Which stretch of a run each reading is of, shape (n,), and whether the torque was held there:
-    the steps inside a stretch are small against those between, and lead nowhere."""
-    torque, rows = campaign.readings.torque_Nm, campaign.rows
+    the steps inside a stretch are small against those between, and lead nowhere. Where the torque
+    of stairs scatters by more than their steps show, those of the angle tell them."""
+    torque, angle, rows = campaign.readings.torque_Nm, campaign.y_arcsec, campaign.rows
     hold, long = np.zeros(len(torque), dtype=np.int64), np.zeros(len(torque), dtype=bool)
     count = 0
     for run in np.split(rows.order, rows.starts[1:]):
-        steps = np.abs(np.diff(torque[run]))
-        typical = float(np.median(steps)) if len(steps) else 0.0
-        for part in np.split(run, np.flatnonzero(steps > _LIMITS.jump * typical) + 1):
-            hold[part] = count
-            long[part] = len(part) >= _LIMITS.fewest and _aimless(torque[part])
+        parts = _parts(torque[run], angle[run], campaign.step_arcsec)
+        fewest = 2
+        if not _are_stairs(torque[run], parts):
+            parts, fewest = _parts(torque[run], np.zeros(len(run)), 0.0), _LIMITS.fewest
+        for part in parts:
+            hold[run[part]] = count
+            long[run[part]] = len(part) >= fewest and _aimless(torque[run[part]])
             count += 1
     return hold, long
+
+
+def _parts(torque_Nm: Floats, angle_arcsec: Floats, step_arcsec: float) -> list[Ints]:
+    """Readings of a run between steps that are large against those of scatter, which are a third of
+    all or more. step_arcsec: of a coarse display."""
+    torque, angle = np.abs(np.diff(torque_Nm)), np.abs(np.diff(angle_arcsec))
+    jumps, digit = torque > np.inf, float(np.min(torque[torque > 0], initial=np.inf))
+    digit = digit if np.isfinite(digit) else 0.0
+    for inside in (1 / 3, *(0.5,) * _LIMITS.rounds) if len(torque) else ():
+        usual, of_angle = (np.quantile(v[~jumps], inside) for v in (torque, angle))
+        usual_angle = max(float(of_angle), step_arcsec)
+        far = np.hypot(torque / (max(float(usual), digit) or 1.0), angle / (usual_angle or np.inf))
+        known, jumps = jumps, far > _LIMITS.jump
+        if np.array_equal(known, jumps) or jumps.all():
+            break
+    return np.split(np.arange(len(torque_Nm)), np.flatnonzero(jumps) + 1)
+
+
+def _settles(torque_Nm: Floats, hold: Ints, long: NDArray[np.bool_]) -> bool:
+    """Whether the first readings of holds lag behind the step that led there, as those of a late
+    sensor do: the mean of such a hold is the torque of none of its readings. In order of time."""
+    first = np.flatnonzero(np.diff(hold, prepend=-1) != 0)
+    mean = (np.bincount(hold, torque_Nm) / np.bincount(hold))[hold[first]]
+    step = np.sign(np.diff(mean, prepend=mean[0]))
+    lags = (step * (mean - torque_Nm[first]))[long[first] & (step != 0)]
+    if len(lags) < _LIMITS.fewest_dof:
+        return False
+    return bool(lags.mean() > _LIMITS.overshot * lags.std(ddof=1) / np.sqrt(len(lags)))
+
+
+def _are_stairs(torque_Nm: Floats, parts: list[Ints]) -> bool:
+    """Whether the torque of a run gets from one part to the next between them: on a ramp it does so
+    inside them as well, by the share of the steps that they have."""
+    if len(parts) < _LIMITS.fewest:
+        return False
+    mean = np.array([torque_Nm[part].mean() for part in parts])
+    # Each part but the first and the last, and where the torque goes around it.
+    way = 0.5 * (mean[2:] - mean[:-2])
+    inside = np.array([torque_Nm[part[-1]] - torque_Nm[part[0]] for part in parts[1:-1]])
+    share = 1 - (len(parts) - 2) / sum(len(part) for part in parts[1:-1])
+    return float(np.sign(way) @ inside) < 0.5 * share * float(np.abs(way).sum())
 
 
 def _levels(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
@@ -208,7 +264,7 @@ def _places(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
 def _aimless(torque_Nm: Floats) -> bool:
     """Whether values scatter about a level, and neither climb nor turn back along a loop."""
     steps = float(np.mean(np.diff(torque_Nm) ** 2))
-    return steps > _LIMITS.aimless * 2 * float(np.var(torque_Nm, ddof=1))
+    return steps >= _LIMITS.aimless * 2 * float(np.var(torque_Nm, ddof=1))
 
 
 def _means(values: Floats, hold: NDArray[np.int64]) -> Floats:

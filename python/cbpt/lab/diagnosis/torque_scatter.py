@@ -24,6 +24,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import neighbour_scatter, typical_size
+from cbpt.lab.diagnosis.held_torque import holds
 from cbpt.lab.model.dataset import Campaign
 
 __all__ = ["with_torque_scatter"]
@@ -81,10 +82,12 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
 
 
 def _runs(campaign: Campaign) -> Iterator[Ints]:
-    """Readings of each run that is long enough, one after the other."""
-    rows = campaign.rows
+    """Readings of each run that is long enough, one after the other; where the torque was held at
+    most of them, or does not move at most, it is no ramp."""
+    rows, held = campaign.rows, holds(campaign)[1]
     for run in np.split(rows.order, rows.starts[1:]):
-        if len(run) >= _LIMITS.fewest:
+        moves = np.count_nonzero(np.diff(campaign.readings.torque_Nm[run])) > 0.5 * len(run)
+        if len(run) >= _LIMITS.fewest and moves and not np.mean(held[run]) > 0.5:
             yield run
 
 
