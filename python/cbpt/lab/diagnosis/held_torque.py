@@ -1,7 +1,7 @@
 """Torques that were held: whether the scatter of their readings is the torque's or the sensor's.
 
-held_torque  a campaign with the mean torque of each hold, each level that comes again or each
-             place in runs that are alike, where the angle does not follow
+held_torque         a campaign with the mean torque of each hold, each level that comes again or
+                    each place in runs that are alike, where the angle does not follow
 holds               which readings the torque was held at
 with_torque_errors  one with what the errors of its torques make of the angles
 
@@ -167,8 +167,8 @@ def _parts(torque_Nm: Floats, angle_arcsec: Floats, step_arcsec: float) -> list[
     """Readings of a run between steps that are large against those of scatter, which are a third of
     all or more. step_arcsec: of a coarse display."""
     torque, angle = np.abs(np.diff(torque_Nm)), np.abs(np.diff(angle_arcsec))
-    jumps, digit = torque > np.inf, float(np.min(torque[torque > 0], initial=np.inf))
-    digit = digit if np.isfinite(digit) else 0.0
+    jumps = np.zeros(len(torque), dtype=bool)
+    digit = float(torque[torque > 0].min()) if torque.any() else 0.0
     for inside in (1 / 3, *(0.5,) * _LIMITS.rounds) if len(torque) else ():
         usual, of_angle = (np.quantile(v[~jumps], inside) for v in (torque, angle))
         usual_angle = max(float(of_angle), step_arcsec)
