@@ -72,6 +72,34 @@ def test_what_the_angle_sensor_does_is_no_effect(
     assert kind in found.verdict.noise
 
 
+@pytest.mark.parametrize("seed", mostly_long(range(12), [0, 7]))
+@pytest.mark.parametrize("friction_Nm", [0.0, 8.0])
+def test_a_zero_that_wanders_is_no_effect_of_a_spring(friction_Nm: float, seed: int) -> None:
+    """Loops of two runs, with friction and without: a loop is looked at first, and what the
+    instrument does once it is explained."""
+    ramp = 250 * np.sin(2 * np.pi * np.arange(97) / 48)
+    rows = cbpt.read_readings(
+        {
+            "run": np.repeat([1.0, 2.0], 97),
+            "time_s": np.r_[np.arange(97.0), 120 + np.arange(97.0)] * 14,
+            "torque_Nm": np.tile(ramp, 2),
+            "elastic_angle_arcsec": np.zeros(194),
+        },
+        need_preload=False,
+    )
+    case = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 129000.0}}
+    loop = {"friction_torque_Nm": friction_Nm, "engagement_angle_rad": 4e-5}
+    hidden = [("friction_hysteresis", loop)] if friction_Nm else []
+    readings = cbpt.simulate(case, rows, effects=hidden, u_elastic_angle_arcsec=5.0, seed=seed)
+    assert readings.time_s is not None
+    rng, passed = np.random.default_rng(seed), np.diff(readings.time_s, prepend=0.0) / 3000
+    wander = 35 * np.cumsum(np.sqrt(passed) * rng.standard_normal(len(passed)))
+    read = readings.elastic_angle_arcsec + wander
+    found = cbpt.diagnose(case, replace(readings, elastic_angle_arcsec=read)).verdict
+    assert found.kind in ("effect" if friction_Nm else "rig", "undecided")
+    assert found.effects == tuple(effect for effect, _ in hidden)
+
+
 def test_runs_at_one_load_each_follow_it_from_run_to_run() -> None:
     """While the crank turns through a run, the angle hardly changes: less than it scatters."""
     run = np.repeat(np.arange(6), 12)

@@ -35,8 +35,9 @@ from cbpt.lab.covariance.symmetric import eigen
 Floats = NDArray[np.float64]
 Kind = Literal["random_walk", "first_reading", "encoder", "torque_errors"]
 
-_TERMS = 16
-"""Of the expansion of a random walk: they hold 97 % of its variance."""
+_TERMS = 40
+"""Of the expansion of a random walk: what they leave is 0.5 % of its variance. A walk may be ten
+times as large as the scatter of a reading, and what sixteen leave was as large as that."""
 
 _ALONE, _RUNS_ALONE = 0.3, 64
 """What the first readings of runs differ by, of what they have in common; in so many runs at most:
