@@ -28,6 +28,8 @@ RIG = frozenset(
     )
 )
 """What belongs to the instrument, not to the drive."""
+ARTEFACT = ("artefact", "spring_artefact")
+"""Families in which the instrument does something."""
 CONFIDENT = 0.9
 
 
@@ -42,8 +44,7 @@ def beside(outcome: Outcome) -> set[str]:
     """Names of the noise, neither asked for nor wrong."""
     truth = outcome["truth"]
     zeros = {"run_offset"} if truth["noise"]["run_offset_arcsec"] > 0 else set()
-    instrument = RIG if outcome["family"] == "artefact" else set()
-    return zeros | instrument
+    return zeros | (RIG if outcome["family"] in ARTEFACT else set())
 
 
 def unnamed(outcome: Outcome) -> bool:
@@ -138,7 +139,9 @@ def is_so(outcome: Outcome) -> bool:
         return bool(answer.get("undecided"))
     if answer.get("undecided"):
         return False
-    if outcome["family"] == "artefact":  # real and of the instrument, known to the library or not
+    if (
+        outcome["family"] in ARTEFACT and not wanted
+    ):  # real and of the instrument, known to the library or not
         return not speaks_of_physics(outcome)
     true = set().union(*wanted) if wanted else set()
     if false_certain(outcome) - {"unknown"}:

@@ -52,6 +52,7 @@ SHORT: dict[Family | Wider, tuple[int, ...]] = {
     "small": tuple(range(24)),
     "lawless": tuple(range(18)),
     "spring": tuple(range(24)),
+    "spring_artefact": tuple(range(12)),
 }
 """Indices of each family in the short form."""
 FOR_EACH: dict[Family | Wider, int] = {
@@ -64,6 +65,7 @@ FOR_EACH: dict[Family | Wider, int] = {
     "small": 2,
     "lawless": 1,
     "spring": 3,
+    "spring_artefact": 2,
 }
 """Campaigns of a wider family for each of `--sets`."""
 

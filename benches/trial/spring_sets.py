@@ -1,6 +1,7 @@
 """Torsion springs with loops, play, friction, creep and stiffness curves, and without.
 
-    spring_set   one campaign, with what the oracle says of it
+    spring_set       one campaign, with what the oracle says of it
+    spring_artefact  one under an artefact of an instrument, with friction or nothing
 
 Free are the spring's stiffness, the gains of torque and angle within their priors, and one zero.
 """
@@ -18,7 +19,7 @@ from scipy.linalg import cholesky, solve_triangular
 from reference.contact import Floats
 from reference.rig import Rows
 from reference.rig.campaign import PRIORS, Campaign
-from reference.rig.instrument import TOGETHER, Instrument, instrument, plain_values
+from reference.rig.instrument import ARTEFACTS, TOGETHER, Instrument, instrument, plain_values
 from reference.rig.noise import Noise
 from reference.rig.springs import (
     SPRING_EFFECTS,
@@ -134,18 +135,34 @@ def spring_set(
     and correlation."""
     ids, turn = SETS[index % len(SETS)], index // len(SETS)
     d = (12.0, 8.0, 20.0)[turn % 3]
+    return _drawn(rng, noise_factor, TOGETHER if (index + turn) % 2 else "white", ids, d)
+
+
+def spring_artefact(rng: np.random.Generator, noise_factor: float, index: int) -> Campaign:
+    """Set number index: artefacts in turn, first with nothing hidden, then with friction."""
+    ids = SETS[index // len(ARTEFACTS) % 2]
+    made, _ = _drawn(rng, noise_factor, ARTEFACTS[index % len(ARTEFACTS)], ids, 12.0)
+    return made
+
+
+def _drawn(
+    rng: np.random.Generator, noise_factor: float, kind: str, ids: Sequence[str], d: float
+) -> tuple[Campaign, dict[str, Any]]:
     case, stated = draw_spring(rng)
     loops, steps = int(rng.integers(2, 7)), int(rng.integers(6, 15))
     rows = spring_rows(stated.top_Nm, loops, steps, float(rng.uniform(1.5, 6.0)), rng)
     u = stated.top_rad * float(10 ** rng.uniform(-3.3, -2.3)) * noise_factor
-    noise = instrument((TOGETHER if (index + turn) % 2 else "white"), u, 1.0, rng)
+    noise = instrument(kind, u, 1 / stated.stiffness_Nm_per_rad, rng)
+    if isinstance(noise, Instrument) and noise.ripple_rad > 0:
+        # As many periods as a ball drive turns by.
+        noise = replace(noise, period_rad=2 * stated.top_rad / float(rng.uniform(6.0, 15.0)))
     shifts = draw_parameters(rng, {n: PRIORS[n] for n in FREE})
     real = off_nominal(stated, shifts)
     yard = SpringYard(real, rows, noise)
     starts = [draw_spring_effect(i, str(rng.choice(SPRING_EFFECTS[i])), rng) for i in ids]
     hidden, left = _sized(yard, starts, d) if ids else ([], [])
-    read = noise.readings(turned_rad(real, rows, hidden), rows, rng)
-    kind = "effect" if ids else "complete"
+    loads = noise.loads(rows, rng) if isinstance(noise, Instrument) else (rows, rows)
+    read = noise.readings(turned_rad(real, loads[0], hidden), loads[0], rng)
     truth: dict[str, Any] = {
         "hidden": [{"id": e.id, "form": e.form, "values": vars(e)} for e in hidden],
         "noise": plain_values(noise),
@@ -156,7 +173,7 @@ def spring_set(
         "conditional": left,
         "d": min(left, default=0.0),
         "answer": {
-            "kind": kind,
+            "kind": "effect" if ids else "complete",
             "effects": list(ids),
             "rivals": [],
             "kinds": ["complete", "rig", "parameter"],
@@ -165,5 +182,5 @@ def spring_set(
     off = read - yard.angle_rad + (yard.angle_rad - turned_rad(stated, rows))
     found = posterior(yard.whiten(off), _candidates(yard, hidden))
     said = {"answer": spoken(found), "best": likeliest(found)}
-    made = SpringCampaign(case, rows, read, np.full(len(rows), u), truth)
+    made = SpringCampaign(case, loads[1], read, np.full(len(rows), u), truth)
     return made, said

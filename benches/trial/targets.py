@@ -127,18 +127,27 @@ def _three(
 def _alarms(outcomes: Sequence[Outcome]) -> list[Measure]:
     quiet, coarse = _quiet(outcomes), _of(outcomes, "coarse")
     coarse = [o for o in coarse if o not in _noise(coarse, TOGETHER)]
-    artefacts = _of(outcomes, "artefact")
     found = [share("false alarm", "noise alone", quiet, claims.alarms, most=0.05)]
     for kind in dict.fromkeys(o["truth"]["noise"]["kind"] for o in quiet):
         found.append(share("  false alarm", kind, _noise(quiet, kind), claims.alarms))
     found.append(share("false alarm", "coarse display", coarse, claims.alarms, most=0.07))
     for kind in dict.fromkeys(o["truth"]["noise"]["kind"] for o in coarse):
         found.append(share("  false alarm", kind, _noise(coarse, kind), claims.alarms))
-    physics = claims.speaks_of_physics
-    found.append(share("named as physics", "artefacts", artefacts, physics, most=0.05))
-    for kind in dict.fromkeys(o["truth"]["noise"]["kind"] for o in artefacts):
-        found.append(share("  named as physics", kind, _noise(artefacts, kind), physics))
-    found.append(share("  any alarm", "artefacts", artefacts, claims.alarms))
+    for family, where in (("artefact", "artefacts"), ("spring_artefact", "artefacts, springs")):
+        found += _under_artefacts(_of(outcomes, family), where)
+    return found
+
+
+def _under_artefacts(outcomes: Sequence[Outcome], where: str) -> list[Measure]:
+    bare, physics = [o for o in outcomes if not o["truth"]["hidden"]], claims.speaks_of_physics
+    most = None if "springs" in where else 0.05
+    found = [share("named as physics", where, bare, physics, most=most)]
+    for kind in dict.fromkeys(o["truth"]["noise"]["kind"] for o in bare):
+        found.append(share("  named as physics", kind, _noise(bare, kind), physics))
+    found.append(share("  any alarm", where, bare, claims.alarms))
+    some = [o for o in outcomes if o["truth"]["hidden"]]
+    found.append(share("  friction held", where, some, claims.all_held))
+    found.append(share("  friction named", where, some, claims.named))
     return found
 
 

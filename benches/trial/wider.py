@@ -36,10 +36,21 @@ from reference.rig.noise import NOISE_KINDS
 from trial.candidates import Signer, candidates, conditional
 from trial.evidence import likeliest, posterior, spoken
 from trial.families import RIG_CLASS, SINGLES, Draw, Setting, drawn, rivals_of
-from trial.spring_sets import spring_set
+from trial.spring_sets import spring_artefact, spring_set
 from trial.strength import NoSuchCampaignError, draw_parameters
 
-Wider = Literal["one", "two", "three", "slide", "coarse", "artefact", "small", "lawless", "spring"]
+Wider = Literal[
+    "one",
+    "two",
+    "three",
+    "slide",
+    "coarse",
+    "artefact",
+    "small",
+    "lawless",
+    "spring",
+    "spring_artefact",
+]
 WIDER: tuple[Wider, ...] = get_args(Wider)
 OTHERS = tuple(k for k in NOISE_KINDS if k != "white")
 SIZES = (6, 8, 10, 12, 16, 20, 25, 30, 40)
@@ -332,6 +343,10 @@ def _spring(draw: Draw, index: int) -> Made:
     return spring_set(draw.rng, draw.noise_factor, index)
 
 
+def _spring_artefact(draw: Draw, index: int) -> Made:
+    return spring_artefact(draw.rng, draw.noise_factor, index), None
+
+
 _TURNS = (*ARTEFACTS[:-1] * 4, *ARTEFACTS[-1:] * 4)
 """Artefacts in the order in which they are made: the last one came to the others later."""
 
@@ -345,6 +360,7 @@ MAKERS: dict[Wider, Callable[[Draw, int], Made]] = {
     "small": _small,
     "lawless": _lawless,
     "spring": _spring,
+    "spring_artefact": _spring_artefact,
 }
 
 
