@@ -253,6 +253,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
     yield _sensor_curve(angle)
     yield from sensor_hystereses(angle)
+    # A load that lags behind its readings is friction.
+    yield from (replace(v, signed=False) for v in torque_hystereses(torque))
     yield from _lags(campaign, torque)
     yield from _rate_frictions(campaign)
     yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
