@@ -172,7 +172,7 @@ def test_on_a_spring_a_damper_is_no_torque_sensor_that_leads() -> None:
 def test_a_run_may_start_in_the_middle_of_a_steady_loop(effect: str) -> None:
     """One period of a sine that has gone on for long, with torque or angle late by 0.2 rad of it.
     As if they began at rest, these were creep, drift and a permanent set for certain. In some draws
-    creep with a drift says as much as a damper, which is taken to be rarer: this is none of them."""
+    creep with a drift says as much as a damper, which is taken to be rarer: this is none."""
     time = np.arange(0.0, 40.5, 1.0)
     phase = 2 * np.pi * time / 40
     small = np.cos(0.2)

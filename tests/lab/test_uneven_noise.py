@@ -91,6 +91,26 @@ def test_short_runs_are_never_loose() -> None:
     assert np.all(loose_runs(short, np.arange(float(len(short))) ** 2) == 1)
 
 
+@pytest.mark.parametrize("seed", mostly_long(range(6), [0, 1]))
+def test_a_late_torque_sensor_is_no_scatter_of_the_run_with_large_steps(seed: int) -> None:
+    """Beside a run that holds a torque while the crank turns, which shows nothing of it."""
+    steps = np.repeat([0.0, 3.1, 5.7, 2.3, 0.0, -4.0, -5.7, -2.0, 0.0], 2)
+    count = len(steps)
+    rows = cbpt.read_readings(
+        {
+            "run": np.repeat([1.0, 2.0], count),
+            "time_s": np.r_[np.arange(count), 40.0 + np.arange(count)] * 4.3,
+            "torque_Nm": np.r_[steps, np.full(count, 2.9)],
+            "preload_N": np.full(2 * count, 640.0),
+            "input_angle_deg": np.r_[np.full(count, 20.0), 20.0 + 19 * np.arange(count)],
+            "elastic_angle_arcsec": np.zeros(2 * count),
+        }
+    )
+    behind = np.r_[np.diff(steps, prepend=0.0), np.zeros(count)]
+    scatter = np.random.default_rng(seed).standard_normal(2 * count)
+    assert np.all(loose_runs(rows, 3.0 * behind + scatter) == 1)
+
+
 def test_what_unlike_readings_leave_is_held_against_what_they_are_known_to() -> None:
     """Half of the runs are stated to scatter ten times as much, and do."""
     c = plan()

@@ -4,7 +4,9 @@ loose_runs  factor on the uncertainty of each reading, 1 where its run scatters 
 
 A loose clamp, or a fan beside the rig in one run: as long as its readings weigh as much as the
 others, any model that follows a few of them seems to be demanded. What a run scatters by shows in
-its second differences. Their sizes are compared by ranks (Mann and Whitney, Ann. Math. Stat. 18
+its second differences, but so does what the model lacks where the torque goes in large steps, as of
+a sensor that is late. So a run is compared with those that go in steps of half its size at least,
+and not with one that holds a torque while the crank turns. Their sizes are compared by ranks (Mann and Whitney, Ann. Math. Stat. 18
 (1947) 50), so that heavy tails make no run loose. What the model lacks at one preload makes them
 large too, but it comes again at torques that the run reaches more than once, and those of scatter
 change their sign: of independent readings each is correlated with the next by -2/3, of readings
@@ -37,13 +39,20 @@ def loose_runs(readings: Readings, weighted: Floats) -> Floats:
     rows = [np.flatnonzero(readings.run_index == run) for run in np.unique(readings.run_index)]
     torque = levels_of(readings.torque_Nm).index
     curved = [np.diff(weighted[r], 2) for r in rows]
+    steps = [_typical_step(readings.torque_Nm[r]) for r in rows]
     for k, own in enumerate(curved):
-        others = np.concatenate([np.zeros(0), *curved[:k], *curved[k + 1 :]])
+        alike = [c for j, c in enumerate(curved) if j != k and steps[j] >= 0.5 * steps[k]]
+        others = np.concatenate([np.zeros(0), *alike])
         size = typical_size(others)
         larger = size > 0 and _chance(own, others) * len(rows) < _CHANCE
         if larger and _alternates(own) and not _comes_again(own, torque[rows[k][1:-1]]):
             found[rows[k]] = max(typical_size(own) / size, 1.0)
     return found
+
+
+def _typical_step(torque_Nm: Floats) -> float:
+    """Root mean square, N m."""
+    return float(np.sqrt(np.mean(np.diff(torque_Nm) ** 2))) if len(torque_Nm) > 1 else 0.0
 
 
 def _chance(own: Floats, others: Floats) -> float:
