@@ -6,11 +6,12 @@ A loose clamp, or a fan beside the rig in one run: as long as its readings weigh
 others, any model that follows a few of them seems to be demanded. What a run scatters by shows in
 its second differences, but so does what the model lacks where the torque goes in large steps, as of
 a sensor that is late. So a run is compared with those that go in steps of half its size at least,
-and not with one that holds a torque while the crank turns. Their sizes are compared by ranks (Mann and Whitney, Ann. Math. Stat. 18
-(1947) 50), so that heavy tails make no run loose. What the model lacks at one preload makes them
-large too, but it comes again at torques that the run reaches more than once, and those of scatter
-change their sign: of independent readings each is correlated with the next by -2/3, of readings
-whose neighbours are nearly alike by -1/2, of a smooth curve or a kink by 0 or more.
+and not with one that holds a torque while the crank turns. Sizes are compared by ranks (Mann and
+Whitney, Ann. Math. Stat. 18 (1947) 50), so that heavy tails make no run loose. What the model lacks
+at one preload makes them large too, but it comes again at torques that the run reaches more than
+once, and those of scatter change their sign: of independent readings each is correlated with the
+next by -2/3, of readings whose neighbours are nearly alike by -1/2, of a smooth curve or a kink by
+0 or more.
 """
 
 from __future__ import annotations
