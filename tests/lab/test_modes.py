@@ -50,6 +50,7 @@ input_angle_deg = {angles}
 torque_Nm = {{ to = 8, points = {points}, shape = "loop" }}
 """
 TWO = PLAN.format(temperature="{ from = 20, to = 24 }", angles="[0, 90]", points=5)
+THREE = PLAN.format(temperature="20", angles="[10, 95, 200]", points=4)
 SIX = PLAN.format(temperature="20", angles="{ from = 0, to = 300, points = 6 }", points=2)
 
 
@@ -104,6 +105,21 @@ def test_a_tilt_of_either_sign_is_told(of: Set, true: float) -> None:
     assert all(p["u"] is None and "another value" in p["why_no_u"] for p in found.values())
     assert any("plate_tilt has" in note and "solutions" in note for note in d.notes)
     assert "another solution" in d.sentence
+
+
+@pytest.mark.parametrize("phase", mostly_long(range(0, 360, 30), [60, 120]))
+def test_a_large_tilt_is_no_smaller_one_beside_another_stiffness(phase: float) -> None:
+    """The angle goes with its square, so from the drive as stated the slopes lead elsewhere."""
+    size = 230.0 * np.array([np.cos(np.radians(phase)), np.sin(np.radians(phase))])
+    numbers = dict(
+        zip(("fixed_plate_tilt_cosine_urad", "fixed_plate_tilt_sine_urad"), size, strict=True)
+    )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "plan.toml"
+        path.write_text(THREE)
+        readings = simulate(Case.from_toml(DRIVE), path, effects=[("plate_tilt", numbers)], seed=3)
+    verdict = diagnose(Case.from_toml(DRIVE), readings).verdict
+    assert verdict.effects == ("plate_tilt",), verdict
 
 
 def test_a_fit_finds_the_solutions_that_the_diagnosis_finds() -> None:

@@ -78,18 +78,23 @@ def _rough(race: Race, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> 
         if form.effect != variant.effect or not form.directed:
             continue
         hypothesis = Hypothesis(tuple(form if v is variant else v for v in fit.hypothesis.variants))
-        starts = list(_starts(fitter, fit, hypothesis, form, amplitude))
-        misfit = [fitter.misfit(hypothesis, s, fit.noise) for s in starts]
-        for i in np.argsort(misfit)[: _SEARCH.starts].tolist():
-            got = race.fit(hypothesis, starts[i], free_noise=False)
+        # Of each phase the best size: one basin may hold the best starts of all.
+        best: dict[float, tuple[float, Floats]] = {}
+        for start, phase in _starts(fitter, fit, hypothesis, form, amplitude):
+            misfit = fitter.misfit(hypothesis, start, fit.noise)
+            if phase not in best or misfit < best[phase][0]:
+                best[phase] = misfit, start
+        starts = [s for _, s in sorted(best.values(), key=lambda b: b[0])[: _SEARCH.starts]]
+        for start in [*starts, *_far(fitter, fit, hypothesis, form)]:
+            got = race.fit(hypothesis, start, free_noise=False)
             if got is not None and np.isfinite(got.log_evidence):
                 yield got
 
 
 def _starts(
     fitter: Fitter, fit: Fit, hypothesis: Hypothesis, form: Variant, amplitude: float
-) -> Iterator[Floats]:
-    """The values of the fit, but for the effect: that at all phases and some sizes."""
+) -> Iterator[tuple[Floats, float]]:
+    """The values of the fit, but for the effect: that at all phases and some sizes; the phase."""
     kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != form.effect]
     base = fitter.start(hypothesis, {})
     base[kept] = fit.point.values[kept]
@@ -98,7 +103,18 @@ def _starts(
         for size in _SEARCH.sizes:
             values = base.copy()
             values[at] = size * amplitude * np.array([np.cos(phase), np.sin(phase)])
-            yield values
+            yield values, float(phase)
+
+
+def _far(fitter: Fitter, fit: Fit, hypothesis: Hypothesis, form: Variant) -> Iterator[Floats]:
+    """Of a form that does not grow in proportion to its size: as large as it is looked for, at all
+    phases. A basin of large sizes shows neither in the slopes at small ones nor by its misfit."""
+    if form.secants:
+        far = max(float(np.linalg.norm(secant)) for secant in form.secants)
+        for start, _ in _starts(fitter, fit, hypothesis, form, far / max(_SEARCH.sizes)):
+            at = [fitter.place(form.effect, size) for size in form.sizes]
+            if np.linalg.norm(start[at]) > 0.99 * far:
+                yield start
 
 
 def apart(one: Fit, other: Fit) -> bool:

@@ -264,8 +264,10 @@ class _Contest:
         return hypothesis, refitted(self.fitter, offer.seen, offer.signatures, start)
 
     def find_modes(self) -> None:
-        """Other modes of the singles that are near the best."""
-        near = self.near_best()
+        """Other modes of the singles that are near the best, and of those that do not grow in
+        proportion to their size: their fit may have ended at nothing."""
+        curved = (n for n, f in self.fits.items() if any(v.secants for v in f.hypothesis.variants))
+        near = list(dict.fromkeys([*self.near_best(), *curved]))
         self.put(near, [modes_of(self.fits[names]) for names in near])
 
     def add_to_curved(self) -> None:
@@ -588,11 +590,13 @@ class _Contest:
 
 
 def _promising(singles: Sequence[Offer]) -> dict[str, list[Offer]]:
-    """The forms of every effect that may matter, the most promising first."""
+    """The forms of every effect that may matter, the most promising first; of one that does not
+    grow in proportion to its size the linear problem does not say whether it does."""
     out: dict[str, list[Offer]] = {}
     for offer in singles:
-        if len(out) >= _EFFORT.singles and offer.score < singles[0].score - _EFFORT.single_room:
-            break
+        far = offer.score < singles[0].score - _EFFORT.single_room
+        if len(out) >= _EFFORT.singles and far and not offer.curved:
+            continue
         forms = out.setdefault(offer.signatures[0].variant.effect, [])
         if not forms or offer.score > forms[0].score - _EFFORT.variant_room:
             forms.append(offer)
