@@ -1,4 +1,5 @@
-"""Property: a spring that bends one way, or a joint that opens, is no certain sensor that bends."""
+"""Property: a spring that bends one way, or a joint that opens or stops, is no certain sensor that
+bends; nor is a torque sensor off zero beside a curve of a spring something else."""
 
 from __future__ import annotations
 
@@ -38,11 +39,40 @@ def test_a_spring_that_bends_one_way_is_no_certain_sensor(tmp_path: Path, seed: 
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_joint_of_a_ball_drive_that_opens_is_no_certain_sensor(seed: int) -> None:
+@pytest.mark.parametrize("ends", [{"opening_torque_Nm": 4.0}, {"stop_torque_Nm": 3.7}])
+def test_a_joint_of_a_ball_drive_that_opens_or_stops_is_no_certain_sensor(
+    ends: dict[str, float], seed: int
+) -> None:
     """Its drive hardly bends, so at one preload and angle both follow the other's curve."""
-    opens = ("output_torsion", {"compliance_rad_per_Nm": 6e-6, "opening_torque_Nm": 4.0})
+    joint = ("output_torsion", {"compliance_rad_per_Nm": 6e-6, **ends})
     table = EXAMPLE.select(EXAMPLE.preload_N == 800.0)
-    read = cbpt.simulate(CASE, table, effects=[opens], seed=seed)
+    read = cbpt.simulate(CASE, table, effects=[joint], seed=seed)
     verdict = cbpt.diagnose(CASE, read).verdict
     assert "sensor_nonlinearity" not in verdict.effects, verdict
     assert any("output_torsion" in names for names in (verdict.effects, *verdict.rivals)), verdict
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("backlash", {"play_rad": 6e-5, "transition_torque_Nm": 0.3}),
+        ("hard_stop", {"stop_torque_Nm": 6.0, "taken_share": 0.5}),
+    ],
+)
+def test_a_torque_sensor_off_zero_has_a_name_beside_a_curve(
+    effect: str, values: dict[str, float]
+) -> None:
+    """On a linear spring it is the zero of the angle; beside what bends it shifts the bend."""
+    case = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 9000.0}}
+    torque = np.tile(9 * np.sin(2 * np.pi * np.arange(48) / 48), 4)
+    table = {
+        "run": np.repeat([1, 2, 3, 4], 48),
+        "torque_Nm": torque,
+        "elastic_angle_rad": np.zeros(len(torque)),
+    }
+    hidden = [("torque_zero", {"zero_error_Nm": 0.7}), (effect, values)]
+    rows = cbpt.read_readings(table, need_preload=False)
+    read = cbpt.simulate(case, rows, effects=hidden, u_elastic_angle_arcsec=0.8, seed=1)
+    verdict = cbpt.diagnose(case, read).verdict
+    assert "torque_zero" in verdict.effects, verdict
+    assert any(effect in names for names in (verdict.effects, *verdict.rivals)), verdict

@@ -349,16 +349,19 @@ def within_limits(variant: Variant) -> Variant | None:
 
 
 def joints(torque_Nm: float) -> tuple[Variant, ...]:
-    """A joint of the shaft that gives less as it is loaded, by 5 to 22 % at the largest torque; or
-    one that opens at 20 to 80 % of it."""
+    """A joint of the shaft that gives less as it is loaded, by 5 to 22 % at the largest torque; one
+    that opens at 20 to 80 % of it; or one that comes to a stop at 40 to 90 % of it, before which it
+    is a play."""
     per_Nm = 1 / torque_Nm
     growth = Shape("stiffening_per_Nm", 0.1 * per_Nm, 0.6 * per_Nm, (0.25 * per_Nm,), log=True)
     at = 0.35 * torque_Nm, 0.6 * torque_Nm
     opens = Shape("opening_torque_Nm", 0.2 * torque_Nm, 0.8 * torque_Nm, at, log=True)
+    near, far = 0.5 * torque_Nm, 0.7 * torque_Nm
+    stops = Shape("stop_torque_Nm", 0.4 * torque_Nm, 0.9 * torque_Nm, (near, far), log=True)
     shaft = next(v for v in VARIANTS if v.effect == "output_torsion")
     return tuple(
         replace(shaft, shapes=(shape,), name=name)
-        for shape, name in ((growth, "stiffening"), (opens, "that opens"))
+        for shape, name in ((growth, "stiffening"), (opens, "that opens"), (stops, "up to a stop"))
     )
 
 

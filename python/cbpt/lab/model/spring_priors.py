@@ -257,6 +257,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield from (replace(v, signed=False) for v in torque_hystereses(torque))
     yield from _lags(campaign, torque)
     yield from _rate_frictions(campaign)
+    yield from torque_zeros(torque, None)
     yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
     yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)
