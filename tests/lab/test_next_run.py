@@ -216,8 +216,9 @@ def test_where_nothing_has_a_name_all_say_where_to_measure_more() -> None:
          "torque 3 N m, torque rising; it exceeds twice the noise only at torque 2 to 3 N m, "
          "torque rising. Measure more readings there, and vary the torque and the direction of "
          "loading one at a time, with all else constant."),
-        (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; it exceeds twice the noise "
-         "nowhere. Repeat the readings there, and vary the torque alone, with all else constant."),
+        (("torque_Nm",), [1, 0, 0, 0, 0, 0], "near torque 0 N m; no single reading shows it, as "
+         "it stays below twice the noise. Take each reading there several times, and vary the "
+         "torque alone, with all else constant."),
         (("time_s",), [9, 0, 0, 0, 0, 9], "near time 0 s. Measure more readings there, and vary "
          "time alone, with all else constant (for time: hold a load and wait)."),
         (("run",), [0, 0, 0, 9, 9, 9], "depends on the run. Repeat a run unchanged, to see whether "

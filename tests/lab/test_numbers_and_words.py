@@ -21,7 +21,7 @@ from cbpt.lab.diagnosis.diagnose import diagnose
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.diagnosis_data import Rung
 from cbpt.lab.readings.inputs import case_and_readings
-from cbpt.lab.wording.numbers import ARCSEC
+from cbpt.lab.wording.numbers import ARCSEC, percent
 from cbpt.page.document.document import page_document
 from common.documents import SOURCE
 from common.hidden import ANGLE, U, case_of, diagnosed, table_of
@@ -362,3 +362,12 @@ def test_an_answer_says_where_the_readings_scatter_more_than_stated() -> None:
     unnamed = diagnosed("dev10")
     assert unnamed.verdict.lack_of_fit and "misstated" in unnamed.verdict.noise
     assert "times as much" not in words(unnamed)
+
+
+@pytest.mark.parametrize(
+    ("share", "told"),
+    [(0.0, "0 %"), (0.002, "under 1 %"), (0.5, "50 %"), (0.998, "over 99 %"), (1.0, "100 %")],
+)
+def test_a_share_is_all_only_where_nothing_is_left(share: float, told: str) -> None:
+    """'What is named explains 100 % of the misfit. A misfit remains' contradicts itself."""
+    assert percent(share) == told

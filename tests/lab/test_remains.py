@@ -166,6 +166,22 @@ def test_an_effect_that_explains_less_than_remains_is_only_possible() -> None:
     assert 0.2 < dict(verdict.perhaps)[FRICTION] < 0.5
 
 
+def test_no_set_is_more_probable_than_what_is_possible_in_it() -> None:
+    """One of two explains less than remains: it is possible, and so is the set with both."""
+    both = MadeUpFit(values=dict(NUMBERS), residual_arcsec=white(396))
+    fits = {
+        (): MadeUpFit(values=dict(NUMBERS), residual_arcsec=white(396, 30.0)),
+        (FRICTION,): MadeUpFit(values=dict(NUMBERS), residual_arcsec=white(396, 1.5)),
+        (LOSS,): MadeUpFit(values=dict(NUMBERS), residual_arcsec=white(396, 30.0)),
+        (FRICTION, LOSS): both,
+    }
+    shares: Shares = {(FRICTION, LOSS, "unknown"): 0.98, (): 0.01, (FRICTION, LOSS): 0.01}
+    verdict = judge(competition(shares, fits, Around(lack_arcsec=2.0)))
+    possible = dict(verdict.perhaps)
+    assert verdict.effects == (FRICTION,) and 0.05 < possible[LOSS] < 0.5
+    assert verdict.exactly == pytest.approx(0.98 * possible[LOSS], rel=0.05)
+
+
 def test_rivals_that_explain_less_than_remains_are_only_possible() -> None:
     """A group of which one is needed is no surer than an effect that is certain."""
     shares: Shares = {(FRICTION, "unknown"): 0.54, (LOSS, "unknown"): 0.43, (): 0.01}

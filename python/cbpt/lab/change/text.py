@@ -15,7 +15,7 @@ from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
-from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, listed, probability
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, listed, percent, probability
 
 _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "is no longer seen"}
 
@@ -368,7 +368,7 @@ def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
         yield layout.table([head, *found.levels], rows)
     if found.remains:
         share = found.remains.get("share_of_misfit")
-        told = f", {share:.0%} of the misfit" if isinstance(share, float) else ""
+        told = f", {percent(share)} of the misfit" if isinstance(share, float) else ""
         yield (
             f"After the most probable combination {angle.text(found.remains['rms_arcsec'])} remain"
             f"{told}, more than noise: the numbers above share that rest."

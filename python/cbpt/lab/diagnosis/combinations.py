@@ -49,7 +49,7 @@ def combinations(d: DiagnosisData) -> list[Combination]:
         if total >= RULES.certain:
             break
         total += posterior.sets[names]
-        found.append(_combination(d, names, d.verdict.inside * posterior.sets[names]))
+        found.append(_combination(d, names, d.verdict.of_set(names) * posterior.sets[names]))
     return found
 
 

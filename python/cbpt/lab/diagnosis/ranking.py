@@ -42,7 +42,7 @@ def ranking(d: DiagnosisData) -> list[dict[str, Any]]:
                 "parameters": d.parameters(fit, effect),
                 "held_out_rmse_arcsec": rms(held_out_residual(c.fitter, seen, d.fold)),
                 "p_value": c.p_value(names),
-                "probability": d.verdict.inside * chances[names],
+                "probability": d.verdict.of_set(names) * chances[names],
                 "surviving_fraction": _surviving(screen, member),
                 "rival": rival,
                 "rival_correlation": correlation,

@@ -22,7 +22,7 @@ from cbpt.lab.inference.residuals import zeros_out
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called, columns_in_words, number_called, scatter_from
-from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, percent, probability, rounded
 
 _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
 """Combinations in the table, and those whose sizes are listed."""
@@ -111,7 +111,7 @@ def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:
     if rest is None:
         return
     share = rest["share_of_misfit"]
-    part = "" if share is None else f", {100 * share:.0f} % of the squared misfit"
+    part = "" if share is None else f", {percent(share)} of the squared misfit"
     scatter = ""
     source = scatter_from(rest["expected_from"])
     if rest["expected_arcsec"] is not None and source:

@@ -17,7 +17,7 @@ from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import called, columns_in_words, number_called
-from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, probability, rounded
+from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, percent, probability, rounded
 
 _NOISE = {
     "run_offset": "an offset that differs from run to run",
@@ -242,7 +242,7 @@ def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
     left = remains_arcsec(lack, d.verdict.adequacy)
     campaign = d.competition.campaign
     share = 1 - (rmse_of(campaign, d.after) / rmse_of(campaign, d.before)) ** 2
-    explained = f" What is named explains {100 * share:.0f} % of the misfit." if share > 0 else ""
+    explained = f" What is named explains {percent(share)} of the misfit." if share > 0 else ""
     return (
         f"{explained} A misfit of {angle.text(left)} remains that no effect of the library "
         f"explains; it depends on {columns_in_words(lack.columns)}."

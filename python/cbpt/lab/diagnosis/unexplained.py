@@ -83,7 +83,7 @@ def measure_next(d: DiagnosisData) -> str:
     if part:
         said += f"; it exceeds twice the noise only at {label_of(part, None)}"
     if not strong:
-        said += "; it exceeds twice the noise nowhere"
+        said += "; no single reading shows it, as it stays below twice the noise"
     if "order" in columns:
         return (
             f"{said}. Measure again, and write down the time and the temperature of each reading."
@@ -92,8 +92,8 @@ def measure_next(d: DiagnosisData) -> str:
     if not free:
         return f"{said}. Repeat a run unchanged, to see whether the misfit is the same."
     # What no single reading shows takes the mean of several.
-    more = "Repeat the readings" if not strong else "Measure more readings"
-    where = f"{more} there, and vary" if spot else "Vary"
+    more = "Take each reading there several times" if not strong else "Measure more readings there"
+    where = f"{more}, and vary" if spot else "Vary"
     alone = "one at a time" if len(free) > 1 else "alone"
     wait = " (for time: hold a load and wait)" if {"time_s", "run_time_s"} & set(free) else ""
     return f"{said}. {where} {columns_in_words(free)} {alone}, with all else constant{wait}."

@@ -16,7 +16,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -103,10 +103,17 @@ class Verdict:
     `probability` is that of all that is said, whatever else is."""
     inside: float = 1.0
     """Probability that the library holds the cause at all; it is a factor of the two above."""
+    beside: Mapping[str, float] = field(default_factory=dict)
+    """By effect: probability that it is no part of what is left without a name."""
     undecided: Why | None = None
     """Why nothing can be said."""
     adequacy: Adequacy | None = None
     """What the answer leaves, against what readings scatter by."""
+
+    def of_set(self, names: Iterable[str]) -> float:
+        """Probability that the library holds the cause and that none of these imitates what has no
+        name: a factor of the probability of their set."""
+        return min([self.inside, *(self.beside.get(name, 1.0) for name in names)])
 
 
 def judge(competition: Competition, rules: DecisionRules = RULES) -> Verdict:
@@ -234,12 +241,8 @@ def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRule
     verdict = replace(verdict, kind=_kind_of(kept, rivals))
     said = {*kept, *(e for group in rivals for e in group)}
     inside = min([rules.certain, *(p for e, p in own.items() if e in said)])
-    return replace(
-        verdict,
-        inside=inside,
-        probability=inside * verdict.probability,
-        exactly=inside * verdict.exactly,
-    )
+    held = replace(verdict, inside=inside, beside=own, probability=inside * verdict.probability)
+    return replace(held, exactly=held.of_set(verdict.names) * verdict.exactly)
 
 
 def _untested(verdict: Verdict, rules: DecisionRules) -> Verdict:

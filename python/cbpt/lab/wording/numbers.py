@@ -10,6 +10,7 @@ significant         a number rounded to so many significant digits
 rounded             the same as text
 with_uncertainty    a value and its uncertainty, rounded to the same place
 probability         never more certain than it can be
+percent             a share, neither nothing nor all where it is less than one of them
 AngleUnit, ARCSEC   the unit that angles are told in
 angle_unit_of       that of a symbol
 in_words            a parameter: its name with the unit, and its value in that unit
@@ -75,6 +76,13 @@ def probability(p: float) -> str:
     if p < 0.005:
         return "< 0.01"
     return "> 0.99" if p > 0.995 else f"{p:.2f}"
+
+
+def percent(share: float) -> str:
+    """A share in whole percent; one that is neither nothing nor all is not rounded to either."""
+    if 0 < share < 0.005:
+        return "under 1 %"
+    return "over 99 %" if 0.995 < share < 1 else f"{100 * share:.0f} %"
 
 
 def with_uncertainty(value: float, u: float, *more: float) -> tuple[str, ...]:
