@@ -8,6 +8,7 @@ import cbpt
 from cbpt.figures.diagnosis import _remembers
 from cbpt.figures.shared import model_curves
 from cbpt.lab.readings.points import points_of
+from cbpt.page.document.curves import Curves
 
 
 def test_a_curve_without_memory_is_drawn_once_from_end_to_end() -> None:
@@ -38,3 +39,15 @@ def test_a_loop_whose_torque_scatters_is_a_line_each_way() -> None:
         assert np.count_nonzero(np.diff(np.sign(y - 3 * x))) <= 2  # at the ends alone
     assert _remembers(points, loop)
     assert not _remembers(points, 3 * torque)
+
+
+def test_held_readings_at_the_ends_of_a_loop_are_on_the_way_that_led_there() -> None:
+    """A line through them alone joined the ends, through the middle of the loop."""
+    up, down = np.arange(-9.0, 10.0), np.arange(9.0, -10.0, -1.0)
+    torque = np.tile(np.r_[up, down], 2)
+    loop = 3 * torque + np.tile(np.repeat([-2.0, 2.0], 19), 2)
+    table = {"torque_Nm": torque, "elastic_angle_arcsec": loop, "run": np.ones(len(torque))}
+    readings = cbpt.read_readings(table, need_preload=False)
+    lines = [x for _, x, _ in model_curves(points_of(readings), loop, memory=True)]
+    assert len(lines) == 2 and all(np.all(np.diff(x) == 1) for x in lines)
+    assert [line["branch"] for line in Curves(readings).lines] == ["down", "up"]

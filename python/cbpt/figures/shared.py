@@ -2,6 +2,7 @@
 
 Points               readings as a picture takes them
 model_curves         the model as lines over the torque
+ways_of              which way each reading is on
 COLOURS, MARKERS     of settings, and of the ways of the torque
 check_picture_name   refuses an ending that is not known
 new_figure, save     a figure of matplotlib, and its file
@@ -109,7 +110,7 @@ def owned_curves(
                     model_arcsec[rows],
                 )
         return
-    way = points.direction if memory else np.zeros(len(points), dtype=np.int64)
+    way = ways_of(points.direction, points.run) if memory else np.zeros(len(points), dtype=np.int64)
     for setting in range(len(points.setting_names)):
         for each in np.unique(way):
             rows = (points.setting == setting) & (way == each) & np.isfinite(model_arcsec)
@@ -117,6 +118,18 @@ def owned_curves(
             sums = np.bincount(torque[rows], model_arcsec[rows], count_of)
             there = count > 0
             yield setting, setting, points.torque_set_points_Nm[there], sums[there] / count[there]
+
+
+def ways_of(direction: Ints, run: Ints) -> Ints:
+    """Shape (n,): the direction of each reading; of one whose torque is held, the one that led
+    there. A line through held readings alone would join the ends of a loop."""
+    grouped = np.argsort(run, kind="stable")
+    own, place = direction[grouped], np.arange(len(run))
+    first = np.r_[True, np.diff(run[grouped]) != 0][: len(run)]
+    last = np.maximum.accumulate(np.where((own != 0) | first, place, 0))
+    found = np.empty_like(own)
+    found[grouped] = own[last]
+    return found
 
 
 def draw_points(axes: Axes, points: Points, values: Floats, size: float) -> None:

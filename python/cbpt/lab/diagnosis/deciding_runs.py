@@ -29,7 +29,8 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 BALLS = "ball_drive"
-"""The kind of drive for which runs are computed: how far another may be loaded is not known."""
+"""The kind of drive for which runs are computed: the candidates are loops at preloads and input
+angles that a torsion spring does not have."""
 CANDIDATES = 200
 """How many runs are chosen among."""
 # A combination this much less probable than the best still counts as open.
@@ -37,6 +38,11 @@ _OPEN = float(np.log(1000.0))
 _MOST_OPEN = 6
 _LIMIT_OF = {"time_s": "dwell_s", "temperature_degC": "temperature_degC", "cycle": "cycles"}
 """What gives further runs a column."""
+_OF_SPRING = (
+    "runs are computed for ball drives alone, not for a torsion spring; loops to other torques and "
+    "at other rates may decide between the combinations that are open, and so may other knowledge, "
+    "such as a calibration or a drawing"
+)
 HARDLY = 0.1
 """Log odds below which a run hardly touches a pair."""
 
@@ -97,8 +103,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
     if d.verdict.kind == "unknown":
         return RankedRuns({}, (), measure_next(d))
     if d.competition.campaign.drive.kind != BALLS:
-        why = "No run is suggested for a torsion spring, because its permissible load is not known."
-        return RankedRuns({}, (), why)
+        return RankedRuns({}, (), f"{_OF_SPRING[0].upper()}{_OF_SPRING[1:]}.")
     hypotheses = open_hypotheses(d)
     if len(hypotheses) < 2:
         why = "No further run is needed to decide: only one hypothesis is left."
@@ -132,7 +137,7 @@ def rank(d: DiagnosisData, limits: Limits | None = None, most: int = CANDIDATES)
 def rank_if_open(d: DiagnosisData) -> RankedRuns | None:
     """The same where something is open; None where nothing is."""
     if d.competition.campaign.drive.kind != BALLS:
-        return None  # how far a torsion spring may be loaded is not known
+        return None
     return rank(d) if d.verdict.rivals or d.verdict.perhaps else None
 
 
@@ -161,11 +166,7 @@ def why_no_run(d: DiagnosisData, answer: Mapping[str, Any]) -> str:
                 "same way; other knowledge, such as a calibration or a drawing, can"
             ).replace("_", " ")
     if (verdict["rivals"] or verdict["perhaps"]) and d.competition.campaign.drive.kind != BALLS:
-        return (
-            "no run is suggested for a torsion spring, because its permissible load is not known; "
-            "loops to other torques and at other rates may decide between the combinations that "
-            "are open, and so may other knowledge, such as a calibration or a drawing"
-        )
+        return _OF_SPRING
     if verdict["rivals"] or verdict["perhaps"]:
         return (
             "no run like the previous ones would decide between the combinations that are open; "

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.figures.shared import ways_of
 from cbpt.lab.readings.points import legs_of
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of, settings
@@ -32,7 +33,7 @@ class Curves:
     def __init__(self, readings: Readings) -> None:
         self.size = len(readings)
         levels, names = settings(readings)
-        way = readings.direction()
+        way = ways_of(readings.direction(), readings.run_index)
         torque, leg = levels_of(readings.torque_Nm), legs_of(readings)
         set_to_levels = 2 * len(torque) <= len(readings) and len(torque) <= 200
         self._cells = np.full(self.size, -1, dtype=np.int64)
