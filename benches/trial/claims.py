@@ -44,7 +44,9 @@ def beside(outcome: Outcome) -> set[str]:
     """Names of the noise, neither asked for nor wrong."""
     truth = outcome["truth"]
     zeros = {"run_offset"} if truth["noise"]["run_offset_arcsec"] > 0 else set()
-    return zeros | (RIG if outcome["family"] in ARTEFACT else set())
+    # A play that lies off zero torque is what a torque sensor off zero shows of one that does not.
+    shifted = {"torque_zero" for hidden in truth["hidden"] if hidden.get("form") == "offset"}
+    return zeros | shifted | (RIG if outcome["family"] in ARTEFACT else set())
 
 
 def unnamed(outcome: Outcome) -> bool:

@@ -406,6 +406,11 @@ class Race:
         self._room = np.inf if large else _SEARCH.hopeless
         self._best = np.inf
 
+    def against(self, fit: Fit) -> None:
+        """As if a fit had run, to its values."""
+        reached = self.fitter.misfit(fit.hypothesis, fit.point.values, self.noise)
+        self._best = min(self._best, reached)
+
     def fit(
         self,
         hypothesis: Hypothesis,

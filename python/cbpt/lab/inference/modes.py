@@ -43,13 +43,22 @@ class _Search:
 _SEARCH = _Search()
 
 
-def with_modes(fitter: Fitter, fit: Fit, within: float, forms: Sequence[Variant] = ()) -> Fit:
+def with_modes(
+    fitter: Fitter,
+    fit: Fit,
+    within: float,
+    forms: Sequence[Variant] = (),
+    beside: Fit | None = None,
+) -> Fit:
     """The best solution of the effects of a fit, over phases and forms, and other modes as good.
 
     within: log odds within which a mode is not excluded.
     forms: those to choose from; all of the library where empty.
+    beside: a fit of other effects; no mode is of use that cannot come near it.
     """
     race = Race(fitter, fit.noise)
+    if beside is not None:
+        race.against(beside)
     rough: list[Fit] = []
     for variant in fit.hypothesis.variants:
         if variant.directed and fit.hypothesis.effects.count(variant.effect) == 1:
@@ -95,9 +104,7 @@ def _starts(
     fitter: Fitter, fit: Fit, hypothesis: Hypothesis, form: Variant, amplitude: float
 ) -> Iterator[tuple[Floats, float]]:
     """The values of the fit, but for the effect: that at all phases and some sizes; the phase."""
-    kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != form.effect]
-    base = fitter.start(hypothesis, {})
-    base[kept] = fit.point.values[kept]
+    base = _without(fitter, fit, hypothesis, form)
     at = [fitter.place(form.effect, size) for size in form.sizes]
     for phase in 2 * np.pi * np.arange(_SEARCH.phases) / _SEARCH.phases:
         for size in _SEARCH.sizes:
@@ -106,15 +113,26 @@ def _starts(
             yield values, float(phase)
 
 
+def _without(fitter: Fitter, fit: Fit, hypothesis: Hypothesis, form: Variant) -> Floats:
+    """The values of the fit, the effect at nothing."""
+    kept = [u.index for u in fit.unknowns if u.name.partition(".")[0] != form.effect]
+    base = fitter.start(hypothesis, {})
+    base[kept] = fit.point.values[kept]
+    return base
+
+
 def _far(fitter: Fitter, fit: Fit, hypothesis: Hypothesis, form: Variant) -> Iterator[Floats]:
-    """Of a form that does not grow in proportion to its size: as large as it is looked for, at all
-    phases. A basin of large sizes shows neither in the slopes at small ones nor by its misfit."""
-    if form.secants:
-        far = max(float(np.linalg.norm(secant)) for secant in form.secants)
-        for start, _ in _starts(fitter, fit, hypothesis, form, far / max(_SEARCH.sizes)):
-            at = [fitter.place(form.effect, size) for size in form.sizes]
-            if np.linalg.norm(start[at]) > 0.99 * far:
-                yield start
+    """Of a form that does not grow in proportion to its size: the largest at which it is looked for
+    as well. A basin of large sizes shows neither in the slopes at small ones nor by its misfit."""
+    sizes = np.array(form.secants)
+    if len(sizes):
+        length = np.linalg.norm(sizes, axis=1)
+        base = _without(fitter, fit, hypothesis, form)
+        at = [fitter.place(form.effect, size) for size in form.sizes]
+        for size in sizes[length > 0.99 * length.max()]:
+            values = base.copy()
+            values[at] = size
+            yield values
 
 
 def apart(one: Fit, other: Fit) -> bool:

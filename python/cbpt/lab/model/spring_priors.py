@@ -237,6 +237,18 @@ def _stiffness_curves(torque: float, angle: float) -> Iterator[Variant]:
         yield replace(curve, fixed=(("reference_torque_Nm", torque),))
 
 
+def _instruments_of_spring(campaign: Campaign, torque: float, angle: float) -> Iterator[Variant]:
+    """Errors of angle and torque sensor, and what looks like a late one."""
+    yield _sensor_curve(angle)
+    yield from sensor_hystereses(angle)
+    # A load that lags behind its readings is friction.
+    yield from (replace(v, signed=False) for v in torque_hystereses(torque))
+    yield from _lags(campaign, torque)
+    yield from _rate_frictions(campaign)
+    yield from torque_zeros(torque, None)
+    yield from span_drifts(_length_s(campaign), campaign.readings.temperature_degC is not None)
+
+
 def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     readings = campaign.readings
     torque, angle = _reach(campaign)
@@ -251,14 +263,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
     yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
-    yield _sensor_curve(angle)
-    yield from sensor_hystereses(angle)
-    # A load that lags behind its readings is friction.
-    yield from (replace(v, signed=False) for v in torque_hystereses(torque))
-    yield from _lags(campaign, torque)
-    yield from _rate_frictions(campaign)
-    yield from torque_zeros(torque, None)
-    yield from span_drifts(_length_s(campaign), readings.temperature_degC is not None)
+    yield from _instruments_of_spring(campaign, torque, angle)
     yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)
     # Nearer to zero torque a softer spring with a stop is a play.

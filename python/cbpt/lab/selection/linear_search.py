@@ -1,15 +1,16 @@
 """All small sets of effects at once: linear in their sizes, the noise profiled.
 
-Offer          a set of effects with the score that a view gives it, and where a full fit starts
-Sets           sets of equally many signatures, with their scores
-View           the library about one fit, seen through one noise
-views          one view for each noise that the readings may have
-single_offers  every variant of every effect
-variant_prices what the best variant of an effect exceeds their mean by
-set_offers     pairs, and triples
-leaders        the first sets without a lot of balls, and the first with one
-with_a_part    whether each set promises more than all that it contains
-additions_to   one effect more than those of a fit
+Offer              a set of effects with the score that a view gives it, and where a full fit starts
+Sets               sets of equally many signatures, with their scores
+View               the library about one fit, seen through one noise
+views              one view for each noise that the readings may have
+single_offers      every variant of every effect
+promising_singles  those that are worth a fit, by effect
+variant_prices     what the best variant of an effect exceeds their mean by
+set_offers         pairs, and triples
+leaders            the first sets without a lot of balls, and the first with one
+with_a_part        whether each set promises more than all that it contains
+additions_to       one effect more than those of a fit
 
 A set of signatures is a linear problem; its marginal likelihood follows from the Gram matrix of a
 view, with the scale of the noise at its most probable value for each set. Effects that a smaller
@@ -439,3 +440,22 @@ def _near(noise: Noise, flexible: Noise) -> list[Noise]:
     if noise.scale <= flexible.scale:
         return found
     return [noise, *(replace(n, scale=flexible.scale) for n in found)]
+
+
+def promising_singles(
+    offers: Sequence[Offer], fewest: int, room: float, variant_room: float
+) -> dict[str, list[Offer]]:
+    """The forms of every single effect that may matter, the most promising first; of one that does
+    not grow in proportion to its size the linear problem does not say whether it does.
+
+    fewest: effects, however improbable. room: log odds below the best within which all are.
+    variant_room: the same of the forms of one effect.
+    """
+    out: dict[str, list[Offer]] = {}
+    for offer in offers:
+        if len(out) >= fewest and offer.score < offers[0].score - room and not offer.curved:
+            continue
+        forms = out.setdefault(offer.signatures[0].variant.effect, [])
+        if not forms or offer.score > forms[0].score - variant_room:
+            forms.append(offer)
+    return out

@@ -39,6 +39,7 @@ from cbpt.lab.selection.linear_search import (
     Offer,
     additions_to,
     leaders,
+    promising_singles,
     set_offers,
     single_offers,
     variant_prices,
@@ -212,7 +213,9 @@ class _Contest:
 
     def fit_singles(self) -> None:
         """Every effect that may gain, in its most probable variants."""
-        promising = _promising(self.singles)
+        promising = promising_singles(
+            self.singles, _EFFORT.singles, _EFFORT.single_room, _EFFORT.variant_room
+        )
         near = self.singles[0].score - _EFFORT.modes_room if self.singles else 0.0
         many = [forms for forms in promising.values() if forms[0].score > near]
         few = [forms for forms in promising.values() if forms[0].score <= near]
@@ -264,11 +267,16 @@ class _Contest:
         return hypothesis, refitted(self.fitter, offer.seen, offer.signatures, start)
 
     def find_modes(self) -> None:
-        """Other modes of the singles that are near the best, and of those that do not grow in
-        proportion to their size: their fit may have ended at nothing."""
-        curved = (n for n, f in self.fits.items() if any(v.secants for v in f.hypothesis.variants))
-        near = list(dict.fromkeys([*self.near_best(), *curved]))
+        """Other modes of the singles that are near the best; and of one that does not grow in
+        proportion to its size, whose fit may have ended at nothing, by form."""
+        near = self.near_best()
         self.put(near, [modes_of(self.fits[names]) for names in near])
+        best, tasks = self.fits[max(self.fits, key=self.score)], []
+        for names in [n for n in self.fits if n not in near]:
+            curved = any(v.secants for v in self.fits[names].hypothesis.variants)
+            forms = [v for v in self.fitter.variants if curved and v.effect in names]
+            tasks += [modes_of(self.fits[names], [form], best) for form in forms]
+        self.crew.each(tasks, lambda fit: self.keep(replace(fit, modes_searched=False)))
 
     def add_to_curved(self) -> None:
         """What goes with an effect that does not grow in proportion to its size, about its fit.
@@ -587,17 +595,3 @@ class _Contest:
             setting.flexible,
             setting.families,
         )
-
-
-def _promising(singles: Sequence[Offer]) -> dict[str, list[Offer]]:
-    """The forms of every effect that may matter, the most promising first; of one that does not
-    grow in proportion to its size the linear problem does not say whether it does."""
-    out: dict[str, list[Offer]] = {}
-    for offer in singles:
-        far = offer.score < singles[0].score - _EFFORT.single_room
-        if len(out) >= _EFFORT.singles and far and not offer.curved:
-            continue
-        forms = out.setdefault(offer.signatures[0].variant.effect, [])
-        if not forms or offer.score > forms[0].score - _EFFORT.variant_room:
-            forms.append(offer)
-    return out

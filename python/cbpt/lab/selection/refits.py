@@ -38,9 +38,9 @@ def again(fit: Fit, noise: Noise) -> Task[Fit | None]:
     return fitting(fit.hypothesis, fit.point.values, noise)
 
 
-def modes_of(fit: Fit, forms: Sequence[Variant] = ()) -> Task[Fit]:
-    """The best mode of the effects of a fit, in these forms or any."""
-    return lambda fitter: with_modes(fitter, fit, RULES.log_rival_odds, forms)
+def modes_of(fit: Fit, forms: Sequence[Variant] = (), beside: Fit | None = None) -> Task[Fit]:
+    """The best mode of the effects of a fit, in these forms or any, that may come near another."""
+    return lambda fitter: with_modes(fitter, fit, RULES.log_rival_odds, forms, beside)
 
 
 def kind_of(noise: Noise) -> tuple[bool, str]:
