@@ -45,7 +45,8 @@ def beside(outcome: Outcome) -> set[str]:
     truth = outcome["truth"]
     zeros = {"run_offset"} if truth["noise"]["run_offset_arcsec"] > 0 else set()
     # A play that lies off zero torque is what a torque sensor off zero shows of one that does not.
-    shifted = {"torque_zero" for hidden in truth["hidden"] if hidden.get("form") == "offset"}
+    offset = any(hidden["form"] == "offset" for hidden in truth["hidden"])
+    shifted = {"torque_zero"} if offset else set()
     return zeros | shifted | (RIG if outcome["family"] in ARTEFACT else set())
 
 

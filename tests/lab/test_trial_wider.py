@@ -409,7 +409,8 @@ def said(
 ) -> dict[str, Any]:
     noise = {"kind": "white", "run_offset_arcsec": truth.pop("zeros", 0.0)}
     full: dict[str, Any] = {"kind": "effect", "effects": (), "rivals": (), "probability": 0.95}
-    known = {"accepted": accepted, "noise": noise, "d": 12.0, "hidden": accepted, "answer": {}}
+    hidden = [{"id": ids[0], "form": "made up"} for ids in accepted]
+    known = {"accepted": accepted, "noise": noise, "d": 12.0, "hidden": hidden, "answer": {}}
     return {"family": family, "truth": {**known, **truth}, "answer": full | answer, "oracle": None}
 
 
