@@ -489,7 +489,7 @@ def test_no_form_is_quicker_than_the_readings_follow_each_other(step_s: float) -
 
 @pytest.mark.parametrize("torque_Nm", [0.2, 5.0, 300.0])
 def test_a_joint_gives_5_to_22_percent_less_at_the_largest_torque(torque_Nm: float) -> None:
-    joint, _ = joints(torque_Nm)
+    joint, *_ = joints(torque_Nm)
     (shape,) = joint.shapes
     less = [1 - np.log1p(h * torque_Nm) / (h * torque_Nm) for h in (shape.low, shape.high)]
     assert less == pytest.approx([0.047, 0.217], abs=0.001)

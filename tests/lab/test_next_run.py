@@ -119,15 +119,14 @@ def test_the_run_of_an_answer_is_the_first_of_the_ranking_with_its_numbers() -> 
 
 def test_rivals_that_no_run_tells_apart_are_told_beside_the_run() -> None:
     """Bearing or shaft: a run tells whether something is late too, and none tells which it is."""
-    d = diagnosed("dev03")
+    d = diagnosed("dev09")
     run = d.to_dict()["next_run"]
-    assert run["untold"][0] == "output_torsion"
+    assert run["untold"] == ["output_torsion"]
     assert "eccentric_bearing" in run["separates"] and len(run["separates"]) > 1
-    assert run["runs"] >= np.ceil(LIMIT / run["largest_gain"])
+    assert run["runs"] == np.ceil(LIMIT / run["largest_gain"])
     said = "No run within reach tells the most probable combination from output_torsion"
     assert said in " ".join(d.report().split())
-    told = ranked(d, most=40).report()
-    assert "from output_torsion or contact_stiffness" in told and "other knowledge" in told
+    assert "from output_torsion; other knowledge" in ranked(d, most=40).report()
 
 
 def test_a_run_is_told_by_what_it_says_of_the_most_probable_combination() -> None:
@@ -173,8 +172,7 @@ def test_what_is_perhaps_there_is_open_too() -> None:
     names = open_hypotheses(d).fits
     likely = [e for e, _ in d.verdict.perhaps]
     assert likely and all(any(e in name.split(" + ") for name in names) for e in likely)
-    assert "friction_hysteresis" in d.verdict.effects
-    assert not any("friction_hysteresis" in name.split(" + ") for name in names)
+    assert not any(e in name.split(" + ") for e in d.verdict.effects for name in names)
 
 
 def test_runs_that_lack_what_an_effect_depends_on_are_told_with_the_remedy() -> None:

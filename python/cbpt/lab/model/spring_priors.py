@@ -79,7 +79,8 @@ def _forms_of(
         wide = {"hard_stop"}.intersection(asked)  # in the range of what is asked for
         proposed = tuple(v for v in _of_spring(campaign) if v.effect not in wide)
     offered = {v.effect for v in proposed}
-    if all(a.partition(":")[0] in offered for a in asked):
+    labels = {v.label for v in proposed}
+    if all(a in offered or a in labels for a in asked):
         return proposed
     torque, angle = _reach(campaign)
     further = (
@@ -90,7 +91,10 @@ def _forms_of(
         _shift(angle / torque),
     )
     return *proposed, *(
-        v for v in further if v.effect not in offered and (v.effect in asked or v.label in asked)
+        v
+        for v in further
+        if v.label not in labels
+        and (v.label in asked or (v.effect in asked and v.effect not in offered))
     )
 
 

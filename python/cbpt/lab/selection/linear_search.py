@@ -321,13 +321,21 @@ def single_offers(seen: Sequence[View], base: Fit | None = None) -> list[Offer]:
 
 
 def variant_prices(setting: Setting, singles: Sequence[Offer]) -> dict[str, float]:
-    """The evidence of an effect is the mean over its variants, of which the best is shown."""
-    found: dict[str, list[float]] = {}
+    """By the label of a variant. The evidence of an effect is the mean over its variants, of which
+    the best is shown: what it exceeds their mean by, as single effects tell. In a set the one that
+    is shown is the best, so no other counts for more there, however it does alone."""
+    found: dict[str, dict[str, float]] = {}
     for offer in singles:
-        found.setdefault(offer.names[0], []).append(offer.score)
+        label = offer.signatures[0].variant.label
+        of_effect = found.setdefault(offer.names[0], {})
+        of_effect[label] = max(offer.score, of_effect.get(label, -np.inf))
     return {
-        effect: float(np.log(setting.variants[effect]) - np.log(np.exp(scores - max(scores)).sum()))
-        for effect, scores in ((e, np.array(s)) for e, s in found.items())
+        label: float(
+            np.log(setting.variants[effect])
+            - np.log(np.exp(np.minimum(np.array(list(scores.values())) - own, 0.0)).sum())
+        )
+        for effect, scores in found.items()
+        for label, own in scores.items()
     }
 
 

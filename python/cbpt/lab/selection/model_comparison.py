@@ -565,7 +565,7 @@ class _Contest:
             (
                 p.log_evidence
                 + prior(p.base)
-                - setting.price(p.base)
+                - setting.price(fits[p.base])
                 + float(np.log(ODDS["unknown"] / max(len(setting.families), 1)))
                 - null,
                 p,

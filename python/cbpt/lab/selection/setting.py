@@ -80,21 +80,23 @@ class Setting:
     variants: Mapping[str, int] = field(repr=False)
     """By effect: how many variants it has."""
     variant_price: Mapping[str, float] = field(default_factory=dict, repr=False)
-    """By effect: log of how much the best of its variants exceeds their mean evidence."""
+    """By label: log of how much a variant exceeds the mean evidence of its effect where it is the
+    best of them."""
 
     def weights(self, stack: Stack) -> Floats:
         """Log prior odds of the variant of each signature."""
         of_one = {e: prior((e,)) - np.log(count) for e, count in self.variants.items()}
         return np.array([of_one[s.variant.effect] for s in stack.signatures])
 
-    def price(self, names: Names) -> float:
+    def price(self, fit: Fit) -> float:
         """Log price of having chosen the best of several variants of each effect."""
-        return float(sum(self.variant_price.get(effect, 0.0) for effect in names))
+        variants = fit.hypothesis.variants
+        return float(sum(self.variant_price.get(v.label, 0.0) for v in variants))
 
     def score(self, fit: Fit) -> float:
         """Log of evidence times prior odds."""
         names = fit.hypothesis.effects
-        return fit.log_evidence + prior(names) - self.price(names)
+        return fit.log_evidence + prior(names) - self.price(fit)
 
 
 def prepare(fitter: Fitter) -> Setting:
