@@ -10,8 +10,8 @@ and what changed. The slope is that of the readings, so that it hangs on no mode
 variables: Fuller, Measurement Error Models, 1987; combined standard uncertainty: JCGM 100:2008,
 5.1).
 
-Scatter are the second differences of the torque along a run; those of chosen set points are not,
-and the angle follows them.
+Scatter are the differences of the torque along a run, of second order and more, in which no curve
+shows; those of chosen set points are not, and the angle follows them.
 """
 
 from __future__ import annotations
@@ -46,6 +46,8 @@ class _Limits:
     no noise."""
     largest: float = 0.05
     """Share of the largest torque: what scatters by more is no ramp."""
+    shown: float = 0.5
+    """Of the uncertainty of a reading: what moves no angle by more is left out."""
 
 
 _LIMITS = _Limits()
@@ -57,7 +59,7 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
     runs = list(_runs(campaign))
     if not runs:
         return campaign, []
-    scatter_Nm = float(np.median([neighbour_scatter([torque[run]], 2) for run in runs]))
+    scatter_Nm = float(np.median([_beside_its_curve(torque[run]) for run in runs]))
     largest_Nm = float(np.abs(torque).max())
     if not 1e-6 * largest_Nm < scatter_Nm < _LIMITS.largest * largest_Nm:
         return campaign, []
@@ -72,6 +74,8 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
     moved = np.zeros(len(torque))
     for run in runs:
         moved[run] = _moved(torque[run], angle[run], scatter_Nm)
+    if moved.max() < _LIMITS.shown * float(np.median(campaign.u_arcsec)):
+        return campaign, []
     told = (
         f"the torque readings scatter about their ramps by {scatter_Nm:.2g} N m that the angle "
         f"does not follow, which makes up to {moved.max():.2g} arcsec of an angle: it was added to "
@@ -79,6 +83,12 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
     )
     u_arcsec = np.hypot(campaign.u_arcsec, moved)
     return replace(campaign, u_arcsec=u_arcsec, torque_scatter_Nm=scatter_Nm), [told]
+
+
+def _beside_its_curve(torque: Floats) -> float:
+    """What the torques of a run scatter by: scatter shows in differences of every order alike, and
+    a curve, as of a load that swings, less in each further one."""
+    return min(neighbour_scatter([torque], order) for order in (2, 3, 4))
 
 
 def _runs(campaign: Campaign) -> Iterator[Ints]:
