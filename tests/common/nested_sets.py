@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cbpt.lab.selection.model_comparison import _EFFORT, Competition
+from cbpt.lab.selection.effort import EFFORT
+from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.refits import follows
 from cbpt.lab.selection.setting import Names
 
@@ -16,9 +17,7 @@ def exactly(c: Competition, names: Names) -> float:
     return follows(c.fitter, c.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise))
 
 
-def worse_than_a_part(
-    c: Competition, by: float = _EFFORT.worse
-) -> list[tuple[Names, Names, float]]:
+def worse_than_a_part(c: Competition, by: float = EFFORT.worse) -> list[tuple[Names, Names, float]]:
     """Sets near the best that follow the readings worse than one of one effect less: the larger one
     may take the values and the noise of the smaller, and add nothing, so its score is no less than
     that of the smaller less the price of the addition. by: in log odds."""
@@ -26,7 +25,7 @@ def worse_than_a_part(
     found = []
     for names in c.fits:
         inner = [tuple(n for n in names if n != gone) for gone in names]
-        if c.log_odds[names] < best - _EFFORT.settled_room:
+        if c.log_odds[names] < best - EFFORT.settled_room:
             continue
         for part in inner:
             if part in c.fits:

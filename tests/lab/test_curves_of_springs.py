@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import cbpt
 from common.comparisons import EXAMPLES
 
+Floats = NDArray[np.float64]
 CASE = EXAMPLES / "campaign.toml"
 EXAMPLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
 assert EXAMPLE.preload_N is not None
@@ -36,6 +38,58 @@ def test_a_spring_that_bends_one_way_is_no_certain_sensor(tmp_path: Path, seed: 
     verdict = cbpt.diagnose(case, table).verdict
     assert verdict.effects == ()
     assert [{"sensor_nonlinearity", "stiffness_curve"}] == [set(g) for g in verdict.rivals], verdict
+
+
+def loops_of_a_strain_wave_gear(
+    play_arcmin: float, friction_Nm: float, seed: int
+) -> dict[str, Floats]:
+    """Two loops: K1 to K3 of 3.1, 4.4 and 5.2 N m/arcmin with T1 = 14 and T2 = 48 N m, behind
+    friction that yields by a plastic law, with a play."""
+    up = np.arange(0.0, 64.0, 4.0)
+    loop = np.concatenate([up, np.arange(60.0, -64.0, -4.0), np.arange(-60.0, 64.0, 4.0)])
+    held, carried = 0.0, []
+    for step, torque in zip(np.diff(loop, prepend=0.0), loop, strict=True):
+        held = float(np.clip(held + 0.6 * step, -friction_Nm, friction_Nm))
+        carried.append(torque - held)
+    at = np.array(carried)
+    size = np.abs(at)
+    pieces = np.interp(size, [0.0, 14.0, 48.0, 90.0], [0.0, 4.516, 12.243, 20.32])
+    angle = np.sign(at) * pieces + 0.5 * play_arcmin * np.tanh(at)
+    noise = np.random.default_rng(seed).normal(0.0, 0.03, (2, loop.size))
+    return {
+        "run": np.repeat([1, 2], loop.size),
+        "time_s": np.concatenate([2.0 * np.arange(loop.size) + start for start in (0.0, 250.0)]),
+        "torque_Nm": np.tile(loop, 2),
+        "elastic_angle_arcmin": (angle + noise).ravel(),
+    }
+
+
+STRAIN_WAVE = cbpt.Case.from_toml(
+    "[torsion_spring]\ntorsional_stiffness_Nm_per_arcmin = 4.3\n[measurement]\nzero = 'per_run'\n"
+)
+BEFORE, AFTER = (
+    loops_of_a_strain_wave_gear(play, friction, seed)
+    for play, friction, seed in ((0.8, 1.6, 1), (1.9, 2.2, 11))
+)
+
+
+@pytest.mark.parametrize(("table", "play_arcmin"), [(BEFORE, 0.8), (AFTER, 1.9)])
+def test_a_curve_in_pieces_is_no_play(table: dict[str, Floats], play_arcmin: float) -> None:
+    """A play of 4 arcmin whose transition was 9 N m stood in for the softer start."""
+    found = cbpt.diagnose(STRAIN_WAVE, table)
+    assert {"backlash", "friction_hysteresis", "stiffness_curve"} <= set(found.verdict.effects)
+    assert found.verdict.lack_of_fit is None
+    fitted = cbpt.fit(STRAIN_WAVE, table, ["backlash", "friction_hysteresis", "stiffness_curve"])
+    play_rad = fitted.parameters()["backlash"]["play_rad"]["value"]
+    ratio = play_rad / np.deg2rad(play_arcmin / 60)
+    assert 0.85 < ratio < 1.15
+
+
+def test_a_play_that_grew_beside_a_curve_in_pieces_has_grown() -> None:
+    """It was said to have fallen, from 3.2 to 2.2 arcmin, at more than 0.99."""
+    changed = cbpt.change(STRAIN_WAVE, BEFORE, AFTER).changed
+    play = next(c for c in changed if c.effect == "backlash")
+    assert (play.direction, play.probability > 0.95) == ("up", True)
 
 
 @pytest.mark.parametrize("seed", range(2))

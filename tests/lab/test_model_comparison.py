@@ -20,9 +20,9 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.gauss_newton import point_at
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.forward import Point
+from cbpt.lab.selection.effort import EFFORT
 from cbpt.lab.selection.linear_search import additions_to
 from cbpt.lab.selection.model_comparison import (
-    _EFFORT,
     _Contest,
     compete,
 )
@@ -87,9 +87,9 @@ def test_a_set_that_ended_elsewhere_begins_again_from_its_part() -> None:
     made.settle()
     part = made.fits["eccentric_bearing",]
     worst, of_part, of_good = (follows(made.fitter, fit) for fit in (poor, part, good))
-    assert worst < of_part - _EFFORT.worse
+    assert worst < of_part - EFFORT.worse
     again = follows(made.fitter, made.fits[PAIR])
-    assert again > of_part - _EFFORT.worse
+    assert again > of_part - EFFORT.worse
     assert again == pytest.approx(of_good, abs=0.5)
 
 

@@ -1,8 +1,8 @@
 //! Any other reducer as a torsion spring: alpha = M0/k, or a smooth curve through a table of torque and angle.
 //!
 //! The curve is a cubic of Hermite's form between the points, its slopes those of Fritsch and Carlson (SIAM J. Numer. Anal.
-//! 17, 1980) with Brodlie's weighted harmonic mean: it is as monotone as the points, and its own slope is continuous.
-//! Beyond the table it goes on straight, which the status says. A table from torque 0 at angle 0 on holds both ways.
+//! 17, 1980) with Brodlie's weighted harmonic mean, at the ends that of the parabola through three points: it is as monotone
+//! as the points, and its own slope is continuous. Beyond the table it goes on straight, which the status says. A table from torque 0 at angle 0 on holds both ways.
 
 use crate::error::{InvalidInput, require, require_positive};
 use crate::status::Status;
@@ -153,9 +153,12 @@ fn knots(points: &[[f64; 2]]) -> Vec<Knot> {
     let secants: Vec<f64> =
         points.windows(2).zip(&widths).map(|(pair, width)| (pair[1][1] - pair[0][1]) / width).collect();
     let last = secants.len();
+    let end = |outer: usize, inner: usize| {
+        end_slope([widths[outer], widths[inner]], [secants[outer], secants[inner]])
+    };
     let slope = |i: usize| match i {
-        0 => secants[0],
-        i if i == last => secants[last - 1],
+        0 => end(0, 1.min(last - 1)),
+        i if i == last => end(last - 1, last.saturating_sub(2)),
         i => {
             let (before, after) = (widths[i - 1], widths[i]);
             let (first, second) = (2.0 * after + before, after + 2.0 * before);
@@ -168,6 +171,13 @@ fn knots(points: &[[f64; 2]]) -> Vec<Knot> {
         slope: slope(i),
     };
     points.iter().enumerate().map(knot).collect()
+}
+
+/// Slope at the end of a curve from the widths and the secants of its last interval and the one before: that of the parabola
+/// through three points as far as the curve rises with it all along, 0 to three times the secant.
+fn end_slope([width, inner]: [f64; 2], [secant, before]: [f64; 2]) -> f64 {
+    let slope = secant + (secant - before) * width / (width + inner);
+    if slope > 0.0 { slope.min(3.0 * secant) } else { secant }
 }
 
 fn on_curve(knots: &[Knot], torque_Nm: f64) -> Twist {

@@ -108,6 +108,18 @@ fn a_straight_table_is_a_spring() {
     assert_eq!(beyond.status, Status::OutsideTable);
 }
 
+/// Between the last two points too, where a secant as slope of the end would leave a sixteenth of the third.
+#[test]
+fn a_parabola_is_followed_up_to_the_end() {
+    let torque: Vec<f64> = (0..6).map(f64::from).collect();
+    let angle = |m: f64| 1e-3 * m * (20.0 - m);
+    let spring = TorsionSpring::table(&torque, &torque.iter().map(|m| angle(*m)).collect::<Vec<_>>(), None)
+        .unwrap_or_else(|why| panic!("{why}"));
+    let (found, at_end) = (spring.twist(4.5), spring.twist(5.0));
+    assert!((found.angle_rad - angle(4.5)).abs() < 2e-5, "{}", found.angle_rad);
+    assert!((at_end.compliance_rad_per_Nm - 1e-2).abs() < 1e-12);
+}
+
 #[test]
 fn tables_that_cannot_be_are_named() {
     let message =
@@ -188,7 +200,10 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "transition_torque") => 1.5,
         (_, "squared" | "cubed" | "skewed") => 4e-3,
         (_, "reference_torque") => 21.0,
-        ("output_torsion", "compliance") => 1e-4,
+        ("stiffness_curve", "added_compliance_1") => 2e-4,
+        ("stiffness_curve", "break_torque_1") => 5.3,
+        ("stiffness_curve", "break_torque_2") => 16.7,
+        ("stiffness_curve", "added_compliance_2") | ("output_torsion", "compliance") => 1e-4,
         ("output_torsion", "asymmetry") | (_, "lag") => 0.2,
         ("output_torsion", "stiffening") => 0.02,
         ("output_torsion", "stop_torque") => 17.3,

@@ -88,6 +88,9 @@ impl Friction {
     }
 }
 
+/// Numbers of a torsion spring beside the factor on its stiffness.
+pub const SPRING_NUMBERS: usize = 10;
+
 /// What the contacts of all pairs become.
 #[derive(Debug, Clone, Copy)]
 pub struct Contact {
@@ -106,6 +109,10 @@ pub struct Contact {
     pub curve_rad: [Dual; 3],
     /// The torque at which it does, N m.
     pub reference_torque_Nm: Dual,
+    /// Compliance that a torsion spring has more up to each of two break torques, rad/(N m).
+    pub added_compliance_rad_per_Nm: [Dual; 2],
+    /// These break torques, N m.
+    pub break_torque_Nm: [Dual; 2],
     /// Share of the torque beyond `stop_torque_Nm` that a stop beside the contacts takes.
     pub stop_share: Dual,
     /// Torque at which the stop is reached, N m.
@@ -123,9 +130,30 @@ impl Contact {
             transition_torque_Nm: Dual::constant(1.0),
             curve_rad: [Dual::constant(0.0); 3],
             reference_torque_Nm: Dual::constant(1.0),
+            added_compliance_rad_per_Nm: [Dual::constant(0.0); 2],
+            break_torque_Nm: [Dual::constant(1.0); 2],
             stop_share: Dual::constant(0.0),
             stop_torque_Nm: Dual::constant(1.0),
         }
+    }
+
+    /// What a torsion spring answers to, beside the factor on its stiffness.
+    pub fn of_spring(&self) -> [&Dual; SPRING_NUMBERS] {
+        let [squared, cubed, skewed] = &self.curve_rad;
+        let [first, second] = &self.added_compliance_rad_per_Nm;
+        let [break_1, break_2] = &self.break_torque_Nm;
+        [
+            &self.play_rad,
+            &self.transition_torque_Nm,
+            squared,
+            cubed,
+            skewed,
+            &self.reference_torque_Nm,
+            first,
+            second,
+            break_1,
+            break_2,
+        ]
     }
 }
 

@@ -1,7 +1,9 @@
 //! A stiffness of a torsion spring that changes with its load otherwise than the case states.
 //!
 //! alpha += a x |x| + b x^3 + c x^2 with x = m/M_r, m the torque that the spring carries. Negative parts stiffen it; the last one
-//! bends both senses differently, as flanks for each sense do. Behind friction, as `backlash` is.
+//! bends both senses differently, as flanks for each sense do. In pieces, as makers of strain-wave gears state it, it is softer
+//! up to two break torques: alpha += c1 m up to |m| = T1 and c2 m up to |m| = T2, and no more beyond, so with the stated stiffness k
+//! 1/K1 = 1/k + c1 + c2, 1/K2 = 1/k + c2 and K3 = k. Behind friction, as `backlash` is.
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
@@ -14,8 +16,8 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Contact,
     reducers: Reducers::TorsionSprings,
-    equation: "alpha += a x |x| + b x^3 + c x^2, x = m/M_r, where m is the torque that the spring carries and M_r the reference torque",
-    source: "stiffness over the load as makers state it in pieces (K1, K2, K3), smooth: first terms of the curve, of which the odd ones are alike under both signs",
+    equation: "alpha += a x |x| + b x^3 + c x^2, x = m/M_r, where m is the torque that the spring carries and M_r the reference torque; in pieces alpha += c1 min(|m|, T1) sgn m + c2 min(|m|, T2) sgn m",
+    source: "stiffness over the load as makers state it in pieces (K1 up to T1, K2 up to T2, K3: catalogues of strain-wave gears), and smooth: first terms of the curve, of which the odd ones are alike under both signs",
     tell_tale: "the residual follows the torque alone, mostly alike under both signs, and bends; without friction or play an angle sensor that bends as much looks the same",
     parameters: &[
         part("squared", "turn a at the reference torque of the part with the square of the torque"),
@@ -33,6 +35,16 @@ pub static SPEC: Spec = Spec {
         .within(1e-9, 1e12)
         .likely(1e-3, 1e3)
         .log(),
+        softer(
+            "added_compliance_1",
+            "compliance c1 = 1/K1 - 1/K2 that it has more up to the break torque T1",
+        ),
+        softer(
+            "added_compliance_2",
+            "compliance c2 = 1/K2 - 1/K3 that it has more up to the break torque T2",
+        ),
+        break_torque("break_torque_1", "break torque T1"),
+        break_torque("break_torque_2", "break torque T2"),
     ],
     twins: &[],
     action: Action::Contact(act),
@@ -42,11 +54,44 @@ const fn part(stem: &'static str, meaning: &'static str) -> Parameter {
     Parameter::size(stem, Quantity::Angle, meaning).within(-1.0, 1.0).likely(-0.1, 0.1)
 }
 
+const fn softer(stem: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::size(stem, Quantity::AnglePerTorque, meaning).within(-1.0, 1.0).likely(-1e-2, 1e-2)
+}
+
+const fn break_torque(stem: &'static str, meaning: &'static str) -> Parameter {
+    Parameter::shape(stem, Quantity::Torque, 1.0, meaning).within(1e-9, 1e12).likely(1e-3, 1e3).log()
+}
+
 fn act(own: &[Dual], contact: &mut Contact) {
     for (part, own) in contact.curve_rad.iter_mut().zip(own) {
         *part += *own;
     }
     contact.reference_torque_Nm = own[3];
+    for (piece, own) in contact.added_compliance_rad_per_Nm.iter_mut().zip(&own[4..]) {
+        *piece += *own;
+    }
+    contact.break_torque_Nm = [own[6], own[7]];
+}
+
+/// The torque m up to a break torque T.
+#[derive(Debug, Clone, Copy)]
+pub struct UpTo {
+    /// min(|m|, T) sgn m, N m.
+    pub carried: f64,
+    /// Its derivative by m.
+    pub by_torque: f64,
+    /// Its derivative by T.
+    pub by_break: f64,
+}
+
+/// The torque that a piece of the curve carries.
+pub fn up_to(torque_Nm: f64, break_torque_Nm: f64) -> UpTo {
+    if torque_Nm.abs() < break_torque_Nm {
+        UpTo { carried: torque_Nm, by_torque: 1.0, by_break: 0.0 }
+    } else {
+        let sign = 1.0_f64.copysign(torque_Nm);
+        UpTo { carried: sign * break_torque_Nm, by_torque: 0.0, by_break: sign }
+    }
 }
 
 /// x |x|, x^3 and x^2 of a torque, and their derivatives by it.
@@ -63,7 +108,7 @@ mod tests {
     #[test]
     fn its_parts_are_those_of_the_contacts() {
         let [squared, cubed, skewed] =
-            contact(&SPEC, &[1e-3, 2e-3, 3e-3, 50.0]).curve_rad.map(|part| part.value);
+            contact(&SPEC, &[1e-3, 2e-3, 3e-3, 50.0, 0.0, 0.0, 1.0, 1.0]).curve_rad.map(|part| part.value);
         assert_close(squared, 1e-3);
         assert_close(cubed, 2e-3);
         assert_close(skewed, 3e-3);
@@ -90,6 +135,18 @@ mod tests {
                 let difference =
                     (parts(torque + h, 0.5).0[part] - parts(torque - h, 0.5).0[part]) / (2.0 * h);
                 assert!((slope - difference).abs() < 1e-5, "{part} {torque}");
+            }
+        }
+    }
+
+    /// Between zero and T1, between T1 and T2, and beyond.
+    #[test]
+    fn its_pieces_are_straight() {
+        for (torque, expected) in [(1.0, [1.0, 1.0, 0.0]), (-3.0, [-2.0, 0.0, -1.0]), (5.0, [2.0, 0.0, 1.0])]
+        {
+            let UpTo { carried, by_torque, by_break } = up_to(torque, 2.0);
+            for (value, expected) in [carried, by_torque, by_break].into_iter().zip(expected) {
+                assert_close(value, expected);
             }
         }
     }

@@ -149,7 +149,8 @@ pub fn vanishes(spec: &Spec) {
             assert_eq!(contact.contact_angle_shift_rad.value, 0.0);
             assert_eq!(contact.exponent.value, 1.5);
             assert_eq!(contact.play_rad.value, 0.0);
-            assert!(contact.curve_rad.iter().all(|part| part.value == 0.0));
+            let curve = contact.curve_rad.iter().chain(&contact.added_compliance_rad_per_Nm);
+            assert!(curve.into_iter().all(|part| part.value == 0.0));
             assert_eq!(contact.stop_share.value, 0.0);
         }
         Action::Series(_) => {

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use crate::drive::{CrossSlide, Deceleration, Drive, EqualSpeed, OutputPlate, RingGroove};
-use crate::effect::port::{Ball, Contact};
+use crate::effect::port::{Ball, Contact, SPRING_NUMBERS};
 use crate::equilibrium::lanes::contacts::ByContact;
 use crate::equilibrium::lanes::nearby::{Homogeneous, Place, SideBySide};
 use crate::equilibrium::ready::Changes;
@@ -186,7 +186,7 @@ impl<'a> Pairs<'a> {
             parts_rad: [0.0; 2],
             residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
-            spring: [0.0; 6],
+            spring: [0.0; SPRING_NUMBERS],
             torque_Nm: load[0],
             stop: [0.0; 2],
             carrying: [0; 2],
@@ -296,9 +296,8 @@ pub struct Mesh {
     pub residual: f64,
     /// How it answers, torque and preload being those of the drive.
     pub slopes: Slopes,
-    /// Of a torsion spring: how it answers to its play, the transition torque of that, the parts of its own curve and the
-    /// reference torque of these.
-    pub spring: [f64; 6],
+    /// Of a torsion spring: how it answers to its own numbers, in the order of [`Contact::of_spring`].
+    pub spring: [f64; SPRING_NUMBERS],
     /// Torque that it carries, N m.
     pub torque_Nm: f64,
     /// How the angle answers to the share of a stop beside it and to the torque at which that is reached.

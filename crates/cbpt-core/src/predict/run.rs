@@ -221,16 +221,7 @@ impl Block<'_> {
             angle.add_slope(slopes.log_stiffness / contact.stiffness_scale.value, &contact.stiffness_scale);
             angle.add_slope(slopes.contact_angle, &contact.contact_angle_shift_rad);
             angle.add_slope(slopes.exponent, &contact.exponent);
-            let [squared, cubed, skewed] = &contact.curve_rad;
-            let spring = [
-                &contact.play_rad,
-                &contact.transition_torque_Nm,
-                squared,
-                cubed,
-                skewed,
-                &contact.reference_torque_Nm,
-            ];
-            for (slope, number) in mesh.spring.iter().zip(spring) {
+            for (slope, number) in mesh.spring.iter().zip(contact.of_spring()) {
                 angle.add_slope(*slope, number);
             }
             for (slope, number) in mesh.stop.iter().zip([&contact.stop_share, &contact.stop_torque_Nm]) {

@@ -19,6 +19,8 @@ pub struct Spring<'a> {
     transition_Nm: f64,
     curve_rad: [f64; 3],
     reference_Nm: f64,
+    added_rad_per_Nm: [f64; 2],
+    break_Nm: [f64; 2],
 }
 
 impl<'a> Spring<'a> {
@@ -31,6 +33,8 @@ impl<'a> Spring<'a> {
             transition_Nm: contact.transition_torque_Nm.value,
             curve_rad: contact.curve_rad.map(|part| part.value),
             reference_Nm: contact.reference_torque_Nm.value,
+            added_rad_per_Nm: contact.added_compliance_rad_per_Nm.map(|added| added.value),
+            break_Nm: contact.break_torque_Nm.map(|at| at.value),
         }
     }
 
@@ -42,7 +46,10 @@ impl<'a> Spring<'a> {
         let (parts, slopes) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
         let sum = |of: [f64; 3]| self.curve_rad.iter().zip(of).map(|(size, one)| size * one).sum::<f64>();
         let by_curve = sum(slopes);
-        let angle_rad = elastic_rad + self.play_rad * share + sum(parts);
+        let [first, second] = self.break_Nm.map(|at| stiffness_curve::up_to(torque_Nm, at));
+        let [c1, c2] = self.added_rad_per_Nm;
+        let angle_rad =
+            elastic_rad + self.play_rad * share + sum(parts) + c1 * first.carried + c2 * second.carried;
         let [squared, cubed, skewed] = parts;
         Mesh {
             status: twist.status,
@@ -50,7 +57,11 @@ impl<'a> Spring<'a> {
             parts_rad: [angle_rad, 0.0],
             residual: 0.0,
             slopes: Slopes {
-                torque: twist.compliance_rad_per_Nm / self.scale + self.play_rad * by_torque + by_curve,
+                torque: twist.compliance_rad_per_Nm / self.scale
+                    + self.play_rad * by_torque
+                    + by_curve
+                    + c1 * first.by_torque
+                    + c2 * second.by_torque,
                 log_stiffness: -elastic_rad,
                 ..Slopes::default()
             },
@@ -61,6 +72,10 @@ impl<'a> Spring<'a> {
                 cubed,
                 skewed,
                 -by_curve * torque_Nm / self.reference_Nm,
+                first.carried,
+                second.carried,
+                c1 * first.by_break,
+                c2 * second.by_break,
             ],
             torque_Nm,
             stop: [0.0; 2],

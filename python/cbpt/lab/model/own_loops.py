@@ -40,7 +40,7 @@ PLAY = "backlash.play_rad"
 FRICTION = "friction_hysteresis.friction_torque_Nm"
 ENGAGEMENT = "friction_hysteresis.engagement_angle_rad"
 LOAD_SHARE = "friction_hysteresis.load_share"
-WIDEST_TRANSITION = 0.2
+WIDEST_TRANSITION = 0.1
 """Of the amplitude of the smallest loops: what is taken up over more torque is a soft middle."""
 ALIKE = 1.25
 """Amplitudes within this factor of the smallest are one kind of loop."""

@@ -79,6 +79,11 @@ class Offer:
         return tuple(sorted([*before, *(s.variant.effect for s in self.signatures)]))
 
     @property
+    def adds(self) -> str:
+        """The effect that is added last."""
+        return self.signatures[-1].variant.effect
+
+    @property
     def has_lot(self) -> bool:
         """Whether a lot of balls is added."""
         return any(s.variant.spread for s in self.signatures)

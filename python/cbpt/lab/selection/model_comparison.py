@@ -28,6 +28,7 @@ from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
+from cbpt.lab.selection.effort import EFFORT
 from cbpt.lab.selection.lack_of_fit import (
     Component,
     LackOfFit,
@@ -62,47 +63,6 @@ Progress = Callable[[str, float], object]
 """Called with what is next and what share of the work is done; what it raises ends the work."""
 
 
-@dataclass(frozen=True)
-class _Effort:
-    """How far the competition searches: more costs time and changes no rule."""
-
-    replicates: int = 400
-    """Sets of noise by which the chance of the largest gain is simulated."""
-    variants: int = 3
-    """Variants of an effect that are fitted in full."""
-    singles: int = 6
-    """Effects that are fitted alone, however improbable."""
-    single_room: float = 15.0
-    """Log odds below the best single effect within which all are."""
-    variant_room: float = 5.0
-    """Log odds below the best variant of an effect at which another one is fitted."""
-    sets: int = 10
-    """Pairs and triples of the linear search that are fitted in full."""
-    room: float = 6.0
-    """Log odds below the best at which the linear search may see a set that is fitted."""
-    curved_room: float = 10.0
-    """The same where one of effects that need one another does not grow in proportion."""
-    rounds: int = 4
-    """Sets to which effects are added and from which they are taken."""
-    additions: int = 3
-    """Effects that are added to each of them."""
-    most: int = 4
-    """Effects of the largest set."""
-    settled_room: float = 25.0
-    """Log odds below the best within which a set is fitted again if a smaller one follows the
-    readings better."""
-    worse: float = 1.0
-    """Log density by which it may."""
-    modes_room: float = 10.0
-    """Log odds below the best within which an effect is searched for other modes."""
-    curved: int = 2
-    """Sets of an effect that does not grow in proportion that are searched for other modes before
-    effects are added to any."""
-    large: int = 6
-    """Effects of a torsion spring, those of its best pairs, of which three are fitted at once."""
-
-
-_EFFORT = _Effort()
 _TIE = 1e-6
 """In log odds: fits nearer than this are equally good, and the first of them stands."""
 
@@ -214,13 +174,13 @@ class _Contest:
     def fit_singles(self) -> None:
         """Every effect that may gain, in its most probable variants."""
         promising = promising_singles(
-            self.singles, _EFFORT.singles, _EFFORT.single_room, _EFFORT.variant_room
+            self.singles, EFFORT.singles, EFFORT.single_room, EFFORT.variant_room
         )
-        near = self.singles[0].score - _EFFORT.modes_room if self.singles else 0.0
+        near = self.singles[0].score - EFFORT.modes_room if self.singles else 0.0
         many = [forms for forms in promising.values() if forms[0].score > near]
         few = [forms for forms in promising.values() if forms[0].score <= near]
-        offers = self.ahead(many, _EFFORT.variants)
-        offers += [offer for forms in few for offer in forms[: _EFFORT.variants]]
+        offers = self.ahead(many, EFFORT.variants)
+        offers += [offer for forms in few for offer in forms[: EFFORT.variants]]
         tasks = [(o.names[0], task) for o in offers for task in self.single(o)]
         self.fit_all(tasks, (0.1, 0.5))
 
@@ -285,14 +245,14 @@ class _Contest:
         are beside both, and the linear problem may see nothing of either.
         """
         best = max(self.fits, key=self.score)
-        least = self.score(best) - _EFFORT.settled_room
+        least = self.score(best) - EFFORT.settled_room
         for names in [n for n in self.fits if len(n) == 1 and best and self.score(n) > least]:
             fit = self.fits[names]
             if any(v.secants for v in fit.hypothesis.variants):
                 offers = (forms[0] for forms in additions_to(self.setting, fit))
-                near = self.score(names) - _EFFORT.room
+                near = self.score(names) - EFFORT.room
                 fresh = [o for o in offers if o.score > near and self.falls_short(o)]
-                self.crew.each(map(self.fit_of, fresh[: _EFFORT.curved]), self.keep)
+                self.crew.each(map(self.fit_of, fresh[: EFFORT.curved]), self.keep)
 
     def find_modes_of_sets(self) -> None:
         """The same of sets with an effect that does not grow in proportion to its size, in the
@@ -304,7 +264,7 @@ class _Contest:
             and (forms := [v for v in self.fits[names].hypothesis.variants if v.secants])
             and self.has_a_part(names)
         }
-        few = list(curved)[: _EFFORT.curved]
+        few = list(curved)[: EFFORT.curved]
         self.put(few, [modes_of(self.fits[names], curved[names]) for names in few])
         for names in few:
             # In other forms, and of other effects, none were.
@@ -318,7 +278,7 @@ class _Contest:
 
     def near_best(self) -> list[Names]:
         """Sets near the best that are better than the drive as stated."""
-        best = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
+        best = max(self.score(n) for n in self.fits) - EFFORT.modes_room
         least = max(best, self.setting.score(self.setting.null))
         return [n for n in self.fits if self.score(n) > least]
 
@@ -331,7 +291,7 @@ class _Contest:
         """Pairs and triples that may beat every single one."""
         self.report("sets of effects", 0.5)
         offers = set_offers(self.views, len(self.setting.signatures))
-        fitted = max(self.score(n) for n in self.fits) - _EFFORT.settled_room
+        fitted = max(self.score(n) for n in self.fits) - EFFORT.settled_room
         top = {
             # What a lot promises, which can be any function, is no measure of the others.
             lot: max((o.score for o in offers if o.has_lot == lot), default=0.0)
@@ -344,33 +304,34 @@ class _Contest:
         parted = dict(zip(offers, with_a_part(offers, self.singles), strict=True))
         near = []
         for offer, has_part in parted.items():
-            room = _EFFORT.curved_room if has_part and offer.curved else _EFFORT.room
+            room = EFFORT.curved_room if has_part and offer.curved else EFFORT.room
             if offer.score > max(top[offer.has_lot] - room, fitted):
                 near.append(offer)
         near.sort(key=lambda o: (not parted[o], not (parted[o] and o.curved)))
-        near = [near[i] for i in leaders([o.has_lot for o in near], _EFFORT.sets)]
+        near = [near[i] for i in leaders([o.has_lot for o in near], EFFORT.sets)]
         self.fit_all([("sets of effects", self.fit_of(offer)) for offer in near], (0.5, 0.65))
         # What a triple follows, one of its pairs may follow as well.
-        best = max(self.score(n) for n in self.fits) - _EFFORT.room
+        best = max(self.score(n) for n in self.fits) - EFFORT.room
         for names in [n for n in self.fits if len(n) > 2 and self.score(n) > best]:
             self.drop(names)
 
     def add_drop_swap(self) -> None:
         """One effect more, less or another than the best sets have, until nothing gains."""
         done: set[Names] = set()
-        for number in range(_EFFORT.rounds):
-            self.report("one effect more, less or another", 0.65 + 0.2 * number / _EFFORT.rounds)
-            open_ = [n for n in self.fits if n not in done and n and len(n) <= _EFFORT.most]
+        for number in range(EFFORT.rounds):
+            self.report("one effect more, less or another", 0.65 + 0.2 * number / EFFORT.rounds)
+            open_ = [n for n in self.fits if n not in done and n and len(n) <= EFFORT.most]
             base = max(open_, key=self.score, default=None)
             best = max(self.score(n) for n in self.fits)
-            if base is None or self.score(base) < best - _EFFORT.room:
+            if base is None or self.score(base) < best - EFFORT.room:
                 return
             done.add(base)
             fit = self.fits[base]
             self.drop(base)
-            if len(base) < _EFFORT.most:
+            if len(base) < EFFORT.most:
                 self.fit_near(additions_to(self.setting, fit))
             if self.score(base) == best:
+                self.reshape(base)
                 for gone in base if len(base) > 1 else ():
                     rest = self.fits.get(tuple(n for n in base if n != gone))
                     # None where the fit put another of its effects to nothing.
@@ -386,20 +347,20 @@ class _Contest:
         """
         best = max(self.fits, key=self.score)
         of_best = (forms[0].score for forms in offers if forms[0].names == best)
-        least = min(self.score(best), next(of_best, np.inf)) - _EFFORT.room
+        least = min(self.score(best), next(of_best, np.inf)) - EFFORT.room
         fresh = [o for o in offers if o[0].score > least and self.falls_short(o[0])]
-        chosen = self.ahead(fresh[: _EFFORT.additions], 1)
+        chosen = self.ahead(fresh[: EFFORT.additions], 1)
         self.crew.each(map(self.fit_of, chosen), self.keep)
 
     def ahead(self, effects: Sequence[Sequence[Offer]], few: int) -> list[Offer]:
         """Of each effect the first few forms; of many those that are ahead once each is fitted
         under the noise of the offer, because the linear problem cannot tell forms that hardly show
         when small."""
-        many = [forms for forms in effects if len(forms) > _EFFORT.variants]
+        many = [forms for forms in effects if len(forms) > EFFORT.variants]
         found: list[Sequence[Offer]] = []
         self.crew.each((partial(self.raced, forms=forms) for forms in many), found.append)
         raced = iter(found)
-        chosen = [next(raced) if len(f) > _EFFORT.variants else f[:few] for f in effects]
+        chosen = [next(raced) if len(f) > EFFORT.variants else f[:few] for f in effects]
         return [offer for offers in chosen for offer in offers]
 
     def raced(self, fitter: Fitter, forms: Sequence[Offer]) -> Sequence[Offer]:
@@ -410,7 +371,7 @@ class _Contest:
             base = offer.base or self.setting.null
             fit = race.fit(*self.begun(offer), free_noise=False, base=base)
             misfit.append(np.inf if fit is None else fit.reached)
-        return [forms[i] for i in np.argsort(misfit)[: _EFFORT.variants - 1].tolist()]
+        return [forms[i] for i in np.argsort(misfit)[: EFFORT.variants - 1].tolist()]
 
     def falls_short(self, offer: Offer) -> bool:
         """Whether no fit of a set is near what is offered."""
@@ -419,7 +380,7 @@ class _Contest:
             return True
         # What gains nothing over what it is added to is no more than its base, however it ends.
         gains = offer.base is not None and offer.score > self.setting.score(offer.base)
-        room = _EFFORT.worse if gains else _EFFORT.room
+        room = EFFORT.worse if gains else EFFORT.room
         return self.setting.score(known) < offer.score - room
 
     def drop(self, names: Names, again: bool = False) -> None:
@@ -436,9 +397,29 @@ class _Contest:
                 tasks.append(fitting(Hypothesis(rest), start, fit.noise))
         self.crew.each(tasks, self.keep)
 
+    def reshape(self, names: Names) -> None:
+        """A set without one effect, another in the form that then does best: one form may do what
+        two effects did."""
+        noise = self.fits[names].noise
+        for gone in names if len(names) > 2 else ():
+            less = tuple(n for n in names if n != gone)
+            if less in self.fits:
+                self.drop(less)
+        for two in combinations(names, 2) if len(names) > 2 else ():
+            rest = self.fits.get(tuple(n for n in names if n not in two))
+            offers = additions_to(self.setting, rest, (noise,)) if rest is not None else []
+            of_two = (forms for forms in offers if forms[0].adds in two)
+            other = [[o for o in forms if not self.has_form(o)] for forms in of_two]
+            self.crew.each(map(self.fit_of, self.ahead([o for o in other if o], 1)), self.keep)
+
+    def has_form(self, offer: Offer) -> bool:
+        """Whether the fit of a set has what is offered in the same form."""
+        known = self.fits.get(offer.names)
+        return known is not None and offer.signatures[-1].variant in known.hypothesis.variants
+
     def settle(self) -> None:
         """No set may owe its place to values or a noise that another has not been tried with."""
-        for _ in range(_EFFORT.most):
+        for _ in range(EFFORT.most):
             before = dict(self.fits)
             self.lift()
             self.drop(max(self.fits, key=self.score), again=True)
@@ -457,10 +438,10 @@ class _Contest:
                 continue
             below = max(fitted, key=lambda n: follows(self.fitter, self.fits[n]))
             # What ended elsewhere may be far behind, and no less worth another start.
-            if max(self.score(names), self.score(below)) < best - _EFFORT.settled_room:
+            if max(self.score(names), self.score(below)) < best - EFFORT.settled_room:
                 continue
             smaller = self.fits[below]
-            least = follows(self.fitter, smaller) - _EFFORT.worse
+            least = follows(self.fitter, smaller) - EFFORT.worse
             if follows(self.fitter, fit) < least:
                 # In the forms of the smaller set, whose values these are.
                 more = (v for v in fit.hypothesis.variants if v.effect not in below)
@@ -484,7 +465,7 @@ class _Contest:
         self.fit_at_once(combinations(self.setting.variants, 2))
         pairs = sorted((n for n in self.fits if len(n) == 2), key=self.score, reverse=True)
         best = list(dict.fromkeys(effect for pair in pairs for effect in pair))
-        self.fit_at_once(combinations(best[: _EFFORT.large], 3))
+        self.fit_at_once(combinations(best[: EFFORT.large], 3))
 
     def fit_at_once(self, sets: Iterable[tuple[str, ...]]) -> None:
         """Sets of effects in full."""
@@ -509,7 +490,7 @@ class _Contest:
         for gain in sorted(gains, key=lambda g: -g.log_odds):
             labels = tuple(signatures[m].variant.label for m in gain.members)
             best.setdefault(labels, gain)
-        for gain in list(best.values())[: _EFFORT.variants]:
+        for gain in list(best.values())[: EFFORT.variants]:
             members = [signatures[m] for m in gain.members]
             hypothesis = Hypothesis(tuple(s.variant for s in members))
             yield fitting(
@@ -520,10 +501,10 @@ class _Contest:
         """What is left of the drive as stated and of the best set may be what the instrument does:
         beside few readings a fit that may follow the whole library does not show it. And what the
         instrument seems to do may be an effect: sets near the best are tried without it."""
-        near = max(self.score(n) for n in self.fits) - _EFFORT.modes_room
+        near = max(self.score(n) for n in self.fits) - EFFORT.modes_room
         c, found = self.fitter.campaign, self.fits.items()
         seen = [f for n, f in found if n and f.noise.has_artefact and self.score(n) > near]
-        bare = (again(f, replace(f.noise, artefact=c.torque_errors)) for f in seen)
+        bare = (again(f, replace(f.noise, artefact=c.known_errors)) for f in seen)
         self.crew.each(bare, self.keep)
         fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]
         # A correlation or outliers may stand in for what the instrument does.
@@ -537,7 +518,7 @@ class _Contest:
         """Sets near the best are tried with the kind of noise that it has: a fit keeps to the kind
         that it began with, so that one may owe its place to that alone."""
         best = max(self.fits, key=self.score)
-        near, noise = self.score(best) - _EFFORT.settled_room, self.fits[best].noise
+        near, noise = self.score(best) - EFFORT.settled_room, self.fits[best].noise
         fits = [self.fits[n] for n in self.fits if self.score(n) > near]
         others = [fit for fit in fits if kind_of(fit.noise) != kind_of(noise)]
         self.crew.each((again(fit, noise) for fit in others), self.keep)
@@ -591,7 +572,7 @@ class _Contest:
             tuple(odds for odds, _ in unnamed),
             setting.library,
             setting.names,
-            screen.null_of_maximum(setting.weights(setting.wider), _EFFORT.replicates, rng),
+            screen.null_of_maximum(setting.weights(setting.wider), EFFORT.replicates, rng),
             setting.flexible,
             setting.families,
         )
