@@ -6,8 +6,10 @@ random_walk     the zero wanders in absolute time
 walks_by_order  the zero drifts or wanders from reading to reading, in a table without times
 first_readings  the first reading of every run is off, say before a clamp has settled
 encoders        an error with a period of the angle that is read, as a graduated disc has
-(torque_errors) what the errors of torques do that are means or polynomials through what a
-                sensor showed (`diagnosis.held_torque`, `ramped_torque`)
+(known)         what is known to be uncertain before a reading is looked at: torques that are means
+                or polynomials through what a sensor showed (`diagnosis.held_torque`,
+                `ramped_torque`), and a curve between the points of its table
+                (`model.table_curve`)
 gains_of        log likelihood that an artefact gains where all else has been taken out
 without         readings less what an artefact most probably does to them
 
@@ -33,7 +35,7 @@ from numpy.typing import NDArray
 from cbpt.lab.covariance.symmetric import eigen
 
 Floats = NDArray[np.float64]
-Kind = Literal["random_walk", "first_reading", "encoder", "torque_errors"]
+Kind = Literal["random_walk", "first_reading", "encoder", "known"]
 
 _TERMS = 40
 """Of the expansion of a random walk: what they leave is 0.5 % of its variance. A walk may be ten
@@ -60,7 +62,7 @@ class Artefact:
     @property
     def is_known(self) -> bool:
         """Whether it is none that the readings have to show."""
-        return self.kind == "torque_errors"
+        return self.kind == "known"
 
     def beside(self, known: Artefact | None) -> Artefact:
         """With the columns of another one, which has no name beside it."""

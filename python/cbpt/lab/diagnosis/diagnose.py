@@ -278,6 +278,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     notes += told
     campaign, told = _uncertain(campaign, model)
     notes += told
+    notes += _between_points(campaign)
     campaign, told = _with_loose_runs(campaign, model)
     notes += told
     if campaign.step_arcsec:
@@ -299,6 +300,20 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "scatter; an error of the model that is as small as this scatter cannot be detected"
         )
     return campaign, notes
+
+
+def _between_points(campaign: Campaign) -> list[str]:
+    """What the curve of the case leaves open, where readings scatter by no more."""
+    if campaign.curve_errors is None:
+        return []
+    largest = float(np.linalg.norm(campaign.curve_errors.columns_arcsec, axis=1).max())
+    if largest < float(np.median(campaign.u_arcsec)):
+        return []
+    return [
+        f"between its points the curve of the case is uncertain by up to {largest:.3g} arcsec "
+        "(what a monotone and a smooth curve through them differ by), which counts as noise; more "
+        "points in the case make it certain"
+    ]
 
 
 def _uncertain(campaign: Campaign, model: Floats) -> tuple[Campaign, list[str]]:

@@ -139,7 +139,7 @@ def with_torque_errors(campaign: Campaign, columns_arcsec: Floats) -> Campaign:
     left = np.square(columns[:, _LIMITS.columns :]).sum(axis=1)
     return replace(
         campaign,
-        torque_errors=Artefact("torque_errors", columns[:, : _LIMITS.columns]),
+        torque_errors=Artefact("known", columns[:, : _LIMITS.columns]),
         u_arcsec=np.sqrt(campaign.u_arcsec**2 + left),
     )
 

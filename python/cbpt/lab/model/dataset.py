@@ -22,6 +22,7 @@ from cbpt.lab.covariance.repeatability import Repeats
 from cbpt.lab.covariance.rounding import rounds_alike, with_step, without_step
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.model.priors import LOT, PRIORS, Variant
+from cbpt.lab.model.table_curve import curve_errors
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
@@ -57,6 +58,8 @@ class Campaign:
     """The error of the mean torque of each hold, where means stand for the torque readings."""
     torque_errors: Artefact | None = None
     """What the errors of torques do that are means or ramps through many readings."""
+    curve_errors: Artefact | None = None
+    """What a torsion spring's table leaves open between its points."""
     own: dict[str, OwnEffect] = field(default_factory=dict)
     """Effects of the user's own by id: those of the case, and those to be fitted."""
     candidates: tuple[Variant, ...] = ()
@@ -97,6 +100,7 @@ class Campaign:
             square = step**2 / 12 * (1 + (repeats - 1) * alike)
             rounding = np.full(len(readings), np.sqrt(square))
             stated = without_step(stated, step)
+        between = curve_errors(drive, readings.torque_Nm)
         return cls(
             drive=drive,
             readings=readings,
@@ -110,6 +114,7 @@ class Campaign:
             rows=Rows.of(readings.run_index),
             zero_per_run=isinstance(case, Case) and case.zero == "per_run",
             priors=stated_uncertainty(case),
+            curve_errors=None if between is None else Artefact("known", between),
         )
 
     def __len__(self) -> int:
@@ -145,8 +150,15 @@ class Campaign:
     def plain_noise(self) -> Noise:
         """White noise of the stated size."""
         return Noise(
-            rounding_arcsec=self.rounding_arcsec, held=self.held, artefact=self.torque_errors
+            rounding_arcsec=self.rounding_arcsec, held=self.held, artefact=self.known_errors
         )
+
+    @property
+    def known_errors(self) -> Artefact | None:
+        """Errors of many readings at once whose size is known before they are read."""
+        if self.torque_errors is None:
+            return self.curve_errors
+        return self.torque_errors.beside(self.curve_errors)
 
     @property
     def u_repeated(self) -> bool:
@@ -168,6 +180,7 @@ class Campaign:
             rounding_arcsec=None if self.rounding_arcsec is None else self.rounding_arcsec[rows],
             held=None if self.held is None else self.held.select(rows),
             torque_errors=None if self.torque_errors is None else self.torque_errors.select(rows),
+            curve_errors=None if self.curve_errors is None else self.curve_errors.select(rows),
             rows=self.rows.select(rows),
         )
 
