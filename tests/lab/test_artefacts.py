@@ -124,12 +124,20 @@ def test_a_set_of_the_first_cycles_is_no_handful_of_outliers() -> None:
     assert "outliers" not in found.noise
 
 
-def test_a_stiffer_contact_is_no_preload_in_another_unit() -> None:
-    """Twice the stiffness turns the drive nearly as far as a preload read in N, not in lbf."""
+@pytest.mark.parametrize("scale", [0.25, 1.9, 2.6, 3.6, 4.5])
+def test_a_stiffer_contact_is_one(scale: float) -> None:
+    """Beyond what was likely it was a gain of the angle sensor, a contact angle, or a preload in
+    another unit."""
     readings = cbpt.simulate(
-        CASE, TABLE, effects=[("contact_stiffness", {"stiffness_scale": 1.9})], seed=1
+        CASE, TABLE, effects=[("contact_stiffness", {"stiffness_scale": scale})], seed=1
     )
-    assert cbpt.diagnose(CASE, readings).verdict.effects == ("contact_stiffness",)
+    verdict = cbpt.diagnose(CASE, readings).verdict
+    assert (verdict.kind, verdict.effects) == ("parameter", ("contact_stiffness",))
+    assert verdict.probability > 0.9
+
+
+def test_a_preload_in_another_unit_is_refused() -> None:
+    """Twice the stiffness turns the drive nearly as far as a preload read in N, not in lbf."""
     plain = cbpt.simulate(CASE, TABLE, seed=1)
     assert plain.preload_N is not None
     with pytest.raises(cbpt.ReadingsError, match=r"multiplied by 4\.44822"):

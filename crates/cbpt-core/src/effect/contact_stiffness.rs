@@ -17,7 +17,7 @@ pub static SPEC: Spec = Spec {
     tell_tale: "the residual is a constant share of the angle at low torque",
     parameters: &[Parameter::gain("stiffness_scale", "factor s on the stiffness of every contact")
         .within(1e-2, 1e2)
-        .likely(0.3, 2.0)],
+        .likely(0.2, 5.0)],
     twins: &["sensor_gain"],
     action: Action::Contact(act),
 };

@@ -75,9 +75,9 @@ class _OtherUnit:
     agrees: float = 0.05
     """Share of the squared misfit below which readings agree with them; an effect that is missing
     may leave as much."""
-    gains: tuple[float, float] = (0.45, 2.3)
-    """On the angles, by a stiffness of the contacts that is likely, a third of what is stated to
-    three times as much: angles go with its power -2/3."""
+    gains: tuple[float, float] = (0.34, 2.9)
+    """On the angles, by a stiffness of the contacts that is likely, a fifth of what is stated to
+    five times as much: angles go with its power -2/3."""
     better: float = 4.0
     """How many times less they have to leave than such a stiffness."""
 
