@@ -107,6 +107,7 @@ def preflight(argv: list[str]) -> int:
         needed="case",
     )
     add_json(parser)
+    add_angle_unit(parser, of="text")
     options = parser.parse_args(optional_files(argv, json=(".json",)))
     if options.data is None:
         options.case, options.data = None, options.case
@@ -120,5 +121,5 @@ def preflight(argv: list[str]) -> int:
         sheet=options.sheet,
         only=only_of(parser, options),
     )
-    show_answer(found, options.json, lambda: found.report(in_flags))
+    show_answer(found, options.json, lambda: found.report(in_flags, options.angle_unit))
     return SUCCESS

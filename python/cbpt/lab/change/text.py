@@ -373,7 +373,7 @@ def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
             f"After the most probable combination {angle.text(found.remains['rms_arcsec'])} remain"
             f"{told}, more than noise: the numbers above share that rest."
         )
-    yield from (f"Note: {note}" for note in found.notes)
+    yield from (f"Note: {angle.retold(note)}" for note in found.notes)
 
 
 def _loops(found: ChangeData, angle: AngleUnit) -> Iterator[str]:

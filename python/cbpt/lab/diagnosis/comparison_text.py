@@ -11,7 +11,7 @@ from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.misfit import Misfit
 from cbpt.lab.wording import layout
-from cbpt.lab.wording.numbers import rounded, significant
+from cbpt.lab.wording.numbers import angle_unit_of, rounded, significant
 from cbpt.results import ANGLE_UNITS
 
 
@@ -68,7 +68,7 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
             "and fit do"
         )
     for note in c.readings.notes:
-        yield f"Note: {said(note, say)}"
+        yield f"Note: {angle_unit_of(angle_unit).retold(said(note, say))}"
 
 
 def _row(label: str, share: float, misfit: Misfit, factor: float) -> list[Any]:

@@ -150,7 +150,7 @@ class Fitted:
 
     def _lines(self, say: Say, angle: AngleUnit) -> Iterator[str]:
         yield f"{len(self.readings)} readings of {self.readings.source}"
-        yield from (f"Note: {said(note, say)}" for note in self.notes)
+        yield from (f"Note: {angle.retold(said(note, say))}" for note in self.notes)
         for effect, found in self.parameters().items():
             c = self.fitter.campaign
             words = (parameter_words(c, (effect, n), p, angle) for n, p in found.items())

@@ -21,6 +21,7 @@ from cbpt.lab.diagnosis.preflight_record import Blind, Check
 from cbpt.lab.readings.inputs import case_of, filled_in
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.lab.wording.html import Reported
+from cbpt.lab.wording.numbers import angle_unit_of
 from cbpt.lab.wording.versions import versions
 
 __all__ = ["Preflight", "preflight"]
@@ -62,9 +63,10 @@ class Preflight(Reported):
         """One JSON document."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False)
 
-    def report(self, say: Say = str) -> str:
-        """As text; `say` says the steps of notes, else they are Python."""
-        return "\n".join(self._lines(say))
+    def report(self, say: Say = str, angle_unit: str = "arcsec") -> str:
+        """As text, angles in `angle_unit`; `say` says the steps of notes, else they are Python."""
+        angle = angle_unit_of(angle_unit)
+        return "\n".join(map(angle.retold, self._lines(say)))
 
     def _lines(self, say: Say) -> Iterator[str]:
         yield repr(self.source)

@@ -39,7 +39,7 @@ def lines(
     held against."""
     kind = d.competition.campaign.drive.kind
     yield f"{len(d.readings)} readings of {d.readings.source}"
-    yield from (f"Note: {said(note, say)}" for note in d.notes)
+    yield from (f"Note: {angle.retold(said(note, say))}" for note in d.notes)
     yield ""
     yield from wrap(sentence(d, Telling(angle=angle)), layout.prose_width())
     yield from _probabilities(document)

@@ -107,6 +107,7 @@ def _to(value: float, place: int) -> str:
 
 
 _SMALL = re.compile("arcsec|arcmin")
+_IN_ARCSEC = re.compile(r"(?<![\w.])([+-]?\d[\d.]*(?:e[+-]?\d+)?) arcsec\b")
 """Angles that parameters of the library have in their usual units; others are of the drawing."""
 
 
@@ -128,6 +129,12 @@ class AngleUnit:
     def text(self, arcsec: float, digits: int = 3) -> str:
         """The same with the unit: 5.31 arcsec."""
         return f"{self.number(arcsec, digits)} {self.symbol}"
+
+    def retold(self, text: str) -> str:
+        """A text with its angles in arcsec told in this unit."""
+        if self.symbol == "arcsec":
+            return text
+        return _IN_ARCSEC.sub(lambda found: self.text(float(found[1])), text)
 
     def named(self, label: str, size: float) -> tuple[str, float]:
         """The name of a parameter and the size of its unit in SI, with this unit in place of the
