@@ -20,6 +20,7 @@ from cbpt.lab.diagnosis.why import sentence as sentence_of_rival
 from cbpt.lab.experiment.candidates import BOTH_WAYS
 from cbpt.lab.inference.residuals import zeros_out
 from cbpt.lab.selection.rules import RULES
+from cbpt.lab.selection.scan import label_of as label_of_region
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called, columns_in_words, number_called, scatter_from
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, percent, probability, rounded
@@ -304,16 +305,11 @@ def _ends(run: Mapping[str, Any]) -> str:
 
 
 def _region(region: dict[str, object], angle: AngleUnit) -> str:
-    ranges = region["region"]
+    ranges, regime = region["region"], region["regime"]
     assert isinstance(ranges, dict)
-    parts = [
-        f"{name} {low:g}" if low == high else f"{name} {low:g} to {high:g}"
-        for name, (low, high) in ranges.items()
-    ]
-    if region["regime"]:
-        parts.append(str(region["regime"]))
+    where = label_of_region(ranges, None if regime is None else str(regime))
     return (
-        f"{', '.join(parts)}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
+        f"{where}: {100 * float(str(region['share_of_misfit'])):.0f} % of the misfit, "
         f"bias {angle.text(float(str(region['bias_arcsec'])))} "
         f"(p-value {float(str(region['p_value'])):.3f})"
     )

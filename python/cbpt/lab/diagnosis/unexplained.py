@@ -20,7 +20,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.sparse_term import draft
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import rate_of, run_time
-from cbpt.lab.selection.scan import label_of
+from cbpt.lab.selection.scan import DIRECTIONS, label_of
 from cbpt.lab.wording.names import columns_in_words
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, rounded
 
@@ -156,6 +156,10 @@ def _shape(d: DiagnosisData, columns: list[str], f: Floats) -> Iterator[str]:
         yield f"{label}{', '.join(parts)} {along}"
 
 
+_SAID = {"direction": "torque"}
+"""Columns that people call otherwise: `torque rising`."""
+
+
 def _signed(value: float) -> str:
     return f"{'+' if value > 0 else ''}{rounded(value)}"
 
@@ -168,7 +172,7 @@ def _cells(d: DiagnosisData, columns: list[str]) -> Iterator[tuple[str, Mask]]:
     for text, part in _parts(d, columns[0]):
         for label, rows in _cells(d, columns[1:]):
             if (part & rows).any():
-                yield f"{columns[0]} {text}: {label}", part & rows
+                yield f"{_SAID.get(columns[0], columns[0])} {text}: {label}", part & rows
 
 
 def _parts(d: DiagnosisData, name: str) -> Iterator[tuple[str, Mask]]:
@@ -179,7 +183,8 @@ def _parts(d: DiagnosisData, name: str) -> Iterator[tuple[str, Mask]]:
     if len(found) <= _SHOWN.most_levels:
         for number, level in enumerate(found.value):
             part = found.index == number
-            yield (f"{level:g}" if named is None else str(named[part][0])), part
+            text = DIRECTIONS[int(level)] if name == "direction" else f"{level:g}"
+            yield (text if named is None else str(named[part][0])), part
         return
     edges = np.unique(np.quantile(values, np.linspace(0, 1, _SHOWN.stretches + 1))) + 0.0  # no -0
     for number, (low, high) in enumerate(pairwise(edges)):

@@ -74,7 +74,8 @@ _PRODUCTS = (
     ("preload_N", "input_angle_deg"),
     ("regime", "preload_N"),
 )
-_DIRECTIONS = {1: "rising", 0: "held", -1: "falling"}
+DIRECTIONS = {1: "rising", 0: "held", -1: "falling"}
+"""What the torque does, by the values of `direction`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,7 @@ def label_of(ranges: Mapping[str, tuple[float, float]], regime: str | None) -> s
 
 def _range_text(column: str, low: float, high: float) -> str:
     if column == "direction":
-        first, last = _DIRECTIONS[int(low)], _DIRECTIONS[int(high)]
+        first, last = DIRECTIONS[int(low)], DIRECTIONS[int(high)]
         return f"torque {first}" if first == last else f"torque {first} or {last}"
     unit = unit_at_end(column)
     name = column.removesuffix(f"_{unit.symbol}") if unit else column
