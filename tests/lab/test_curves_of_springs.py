@@ -41,24 +41,25 @@ def test_a_spring_that_bends_one_way_is_no_certain_sensor(tmp_path: Path, seed: 
 
 
 def loops_of_a_strain_wave_gear(
-    play_arcmin: float, friction_Nm: float, seed: int
+    play_arcmin: float, friction_Nm: float, seed: int, most_Nm: float = 60.0
 ) -> dict[str, Floats]:
     """Two loops: K1 to K3 of 3.1, 4.4 and 5.2 N m/arcmin with T1 = 14 and T2 = 48 N m, behind
     friction that yields by a plastic law, with a play."""
-    up = np.arange(0.0, 64.0, 4.0)
-    loop = np.concatenate([up, np.arange(60.0, -64.0, -4.0), np.arange(-60.0, 64.0, 4.0)])
+    over = most_Nm + 4.0
+    up = np.arange(0.0, over, 4.0)
+    loop = np.concatenate([up, np.arange(most_Nm, -over, -4.0), np.arange(-most_Nm, over, 4.0)])
     held, carried = 0.0, []
     for step, torque in zip(np.diff(loop, prepend=0.0), loop, strict=True):
         held = float(np.clip(held + 0.6 * step, -friction_Nm, friction_Nm))
         carried.append(torque - held)
     at = np.array(carried)
     size = np.abs(at)
-    pieces = np.interp(size, [0.0, 14.0, 48.0, 90.0], [0.0, 4.516, 12.243, 20.32])
+    pieces = np.interp(size, [0.0, 14.0, 48.0, 200.0], [0.0, 4.516, 12.243, 41.474])
     angle = np.sign(at) * pieces + 0.5 * play_arcmin * np.tanh(at)
     noise = np.random.default_rng(seed).normal(0.0, 0.03, (2, loop.size))
     return {
         "run": np.repeat([1, 2], loop.size),
-        "time_s": np.concatenate([2.0 * np.arange(loop.size) + start for start in (0.0, 250.0)]),
+        "time_s": np.concatenate([2.0 * np.arange(loop.size) + start for start in (0.0, 500.0)]),
         "torque_Nm": np.tile(loop, 2),
         "elastic_angle_arcmin": (angle + noise).ravel(),
     }
@@ -83,6 +84,12 @@ def test_a_curve_in_pieces_is_no_play(table: dict[str, Floats], play_arcmin: flo
     play_rad = fitted.parameters()["backlash"]["play_rad"]["value"]
     ratio = play_rad / np.deg2rad(play_arcmin / 60)
     assert 0.85 < ratio < 1.15
+
+
+@pytest.mark.parametrize("most_Nm", [60.0, 88.0])
+def test_a_curve_in_pieces_without_play_has_none(most_Nm: float) -> None:
+    found = cbpt.diagnose(STRAIN_WAVE, loops_of_a_strain_wave_gear(0.0, 1.6, 1, most_Nm))
+    assert set(found.verdict.effects) == {"friction_hysteresis", "stiffness_curve"}
 
 
 def test_a_play_that_grew_beside_a_curve_in_pieces_has_grown() -> None:

@@ -18,6 +18,8 @@ from cbpt.lab.wording.numbers import angle_unit_of
         ("state reproducibility_arcsec", "state reproducibility_arcsec"),
         ("the column alpha_2 arcsec", "the column alpha_2 arcsec"),
         ("in steps of 3 arcsecs", "in steps of 3 arcsecs"),
+        ("u 0.3..0.6 arcsec, -6 to 12 arcsec", "u 0.005..0.01 arcmin, -0.1 to 0.2 arcmin"),
+        ("'at 5 arcsec.csv' and 3 arcsec^2", "'at 5 arcsec.csv' and 3 arcsec^2"),
     ],
 )
 def test_angles_are_retold(text: str, expected: str) -> None:

@@ -49,7 +49,7 @@ def test_a_curve_is_certain_at_its_points_and_where_they_are_dense() -> None:
     few, many = (curve_errors(case(count).drive, between) for count in (6, 48))
     assert few is not None
     assert many is not None
-    assert np.linalg.norm(many, axis=1).max() < 0.02 * np.linalg.norm(few, axis=1).max()
+    assert np.linalg.norm(many, axis=1).max() < 0.05 * np.linalg.norm(few, axis=1).max()
 
 
 def test_what_is_missed_between_points_is_as_large_as_is_said() -> None:
@@ -74,8 +74,46 @@ def test_nothing_is_open_on_a_straight_line(drive: str) -> None:
 def test_a_curve_of_few_points_is_no_play(seed: int) -> None:
     found = cbpt.diagnose(case(6), table(seed))
     assert found.verdict.kind == "complete"
-    assert any("between its points the curve of the case is uncertain" in n for n in found.notes)
+    assert any("the points of the case leave the curve" in n for n in found.notes)
 
 
 def test_a_play_is_seen_beside_a_curve_of_few_points() -> None:
     assert "backlash" in cbpt.diagnose(case(6), table(0, play_arcsec=12.0)).verdict.effects
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_catalogue_in_pieces_may_mean_straight_lines(seed: int) -> None:
+    """Its corners were a joint or a nonlinear sensor at 0.98: the model's curve is smooth."""
+    points, angles = [0.0, 14.0, 48.0, 90.0], [0.0, 4.516, 12.243, 20.32]
+    spring = cbpt.Case.from_toml(
+        f"[torsion_spring]\ntorque_Nm = {points}\nelastic_angle_arcmin = {angles}\n"
+    )
+    torque = np.tile(np.r_[np.arange(-60.0, 60.0, 4.0), np.arange(60.0, -64.0, -4.0)], 2)
+    angle = np.sign(torque) * np.interp(np.abs(torque), points, angles)
+    noise = np.random.default_rng(seed).normal(0.0, 0.03, torque.size)
+    read = {
+        "torque_Nm": torque,
+        "elastic_angle_arcmin": angle + noise,
+        "u_elastic_angle_arcmin": np.full(torque.size, 0.03),
+    }
+    assert cbpt.diagnose(spring, read).verdict.kind == "complete"
+
+
+def test_the_angle_at_a_load_is_no_more_certain_than_the_curve() -> None:
+    """Its u was a twelfth of what it was off by."""
+    at = np.array([1.5, 2.2])
+    rows = cbpt.diagnose(case(6), table(0)).results(torque_Nm=at).to_list()
+    found = [row for row in rows if row["kind"] == "angle"]
+    for row, truth in zip(found, turned(at), strict=True):
+        assert abs(row["value"] - truth) < 3 * row["u"]
+        assert all(abs(r) < 0.3 for r in row["correlated_with"].values())
+
+
+def test_a_change_beside_a_curve_of_few_points_is_told_with_its_values() -> None:
+    """The play was told as 6.3 arcsec before and 8.3 after, +- 0.4: the levels bore what the curve
+    was off by."""
+    changed = cbpt.change(case(6), table(0, play_arcsec=2.0), table(1, play_arcsec=6.0)).changed
+    [play] = [c for c in changed if c.effect == "backlash"]
+    for value, u, truth in ((play.before, play.u_before, 2.0), (play.after, play.u_after, 6.0)):
+        assert u is not None
+        assert abs(value * ARCSEC_PER_RAD - truth) < 4 * u * ARCSEC_PER_RAD

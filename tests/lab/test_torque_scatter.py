@@ -144,6 +144,15 @@ def test_torques_that_the_angle_follows_do_not_scatter(kind: str) -> None:
     assert found is given and notes == []
 
 
+@pytest.mark.parametrize("of_a_swing", [20, 30, 60])
+def test_a_torque_that_swings_does_not_scatter(of_a_swing: int) -> None:
+    """Its curve was a scatter that made several times the uncertainty of an angle."""
+    torque = 20.0 * np.sin(2 * np.pi * np.arange(6.0 * of_a_swing) / of_a_swing)
+    given = campaign(torque, SLOPE * torque + U_ARCSEC * noise(len(torque)))
+    found, notes = with_torque_scatter(given)
+    assert found is given and notes == []
+
+
 def between(before: str, after: str) -> cbpt.Change:
     """Tables of an independent generator (tests/data/README.md)."""
     tables = (str(DATA / f"{name}.csv") for name in (before, after))

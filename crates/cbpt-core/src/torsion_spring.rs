@@ -1,8 +1,8 @@
 //! Any other reducer as a torsion spring: alpha = M0/k, or a smooth curve through a table of torque and angle.
 //!
 //! The curve is a cubic of Hermite's form between the points, its slopes those of Fritsch and Carlson (SIAM J. Numer. Anal.
-//! 17, 1980) with Brodlie's weighted harmonic mean, at the ends that of the parabola through three points: it is as monotone
-//! as the points, and its own slope is continuous. Beyond the table it goes on straight, which the status says. A table from torque 0 at angle 0 on holds both ways.
+//! 17, 1980) with Brodlie's weighted harmonic mean, at the ends that of the parabola through three points: it is as
+//! monotone as the points, and its own slope is continuous. Beyond the table it goes on straight, which the status says. A table from torque 0 at angle 0 on holds both ways.
 
 use crate::error::{InvalidInput, require, require_positive};
 use crate::status::Status;
@@ -174,10 +174,9 @@ fn knots(points: &[[f64; 2]]) -> Vec<Knot> {
 }
 
 /// Slope at the end of a curve from the widths and the secants of its last interval and the one before: that of the parabola
-/// through three points as far as the curve rises with it all along, 0 to three times the secant.
+/// through three points, but no less than a third of the secant, so that what lies beyond is no rigid reducer.
 fn end_slope([width, inner]: [f64; 2], [secant, before]: [f64; 2]) -> f64 {
-    let slope = secant + (secant - before) * width / (width + inner);
-    if slope > 0.0 { slope.min(3.0 * secant) } else { secant }
+    (secant + (secant - before) * width / (width + inner)).max(secant / 3.0)
 }
 
 fn on_curve(knots: &[Knot], torque_Nm: f64) -> Twist {

@@ -24,7 +24,7 @@ pub struct Spring<'a> {
 }
 
 impl<'a> Spring<'a> {
-    /// Applies the values of scale and play.
+    /// Applies the values of scale, play and curve.
     pub fn new(curve: &'a TorsionSpring, contact: &Contact) -> Self {
         Self {
             curve,

@@ -152,7 +152,7 @@ def change(
             case, dict(zip(names, parts, strict=True)), effects, seed, tell
         )
         campaigns, histories = with_their_history(
-            [_without_curve_errors(case, part, own) for part in parts],
+            [prepared(campaign_of(case, part, own))[0] for part in parts],
             None if effects is None else ids[0],
         )
         told = part_of(tell, _DIAGNOSED, _FITTED)
@@ -418,12 +418,6 @@ def _notes(
     yield from note_on_rates([campaign.readings for campaign in campaigns])
     if named:
         yield f"by their names {'; '.join(map(listed, named))} repeat one state"
-
-
-def _without_curve_errors(case: Case | Drive, part: Readings, own: Sequence[OwnEffect]) -> Campaign:
-    """A level as it can be judged. What the case's curve is off by between its points it is off by
-    at all levels, so that nothing changes by it."""
-    return replace(prepared(campaign_of(case, part, own))[0], curve_errors=None)
 
 
 def _levels(readings: Readings, by: str) -> tuple[list[str], list[Readings]]:

@@ -303,16 +303,17 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
 
 
 def _between_points(campaign: Campaign) -> list[str]:
-    """What the curve of the case leaves open, where readings scatter by no more."""
+    """What the points of the case's table leave open, where that is as much as readings scatter by
+    or more."""
     if campaign.curve_errors is None:
         return []
     largest = float(np.linalg.norm(campaign.curve_errors.columns_arcsec, axis=1).max())
     if largest < float(np.median(campaign.u_arcsec)):
         return []
     return [
-        f"between its points the curve of the case is uncertain by up to {largest:.3g} arcsec "
-        "(what a monotone and a smooth curve through them differ by), which counts as noise; more "
-        "points in the case make it certain"
+        "the points of the case leave the curve between and beyond them open by up to "
+        f"{largest:.3g} arcsec (what other curves through them differ by), which counts as noise; more points in "
+        "the case, up to the largest torque, make it certain"
     ]
 
 

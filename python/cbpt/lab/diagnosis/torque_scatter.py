@@ -10,8 +10,8 @@ and what changed. The slope is that of the readings, so that it hangs on no mode
 variables: Fuller, Measurement Error Models, 1987; combined standard uncertainty: JCGM 100:2008,
 5.1).
 
-Scatter are the differences of the torque along a run, of second order and more, in which no curve
-shows; those of chosen set points are not, and the angle follows them.
+Scatter are the differences of the torque along a run, of second order and more, in which a
+curve hardly shows; those of chosen set points are not, and the angle follows them.
 """
 
 from __future__ import annotations
@@ -46,6 +46,10 @@ class _Limits:
     no noise."""
     largest: float = 0.05
     """Share of the largest torque: what scatters by more is no ramp."""
+    orders: int = 8
+    """Of the differences that are looked at."""
+    alike: float = 0.7
+    """Of what one order shows the next one has to show: then it is scatter."""
     shown: float = 0.5
     """Of the uncertainty of a reading: what moves no angle by more is left out."""
 
@@ -87,8 +91,14 @@ def with_torque_scatter(campaign: Campaign) -> tuple[Campaign, list[str]]:
 
 def _beside_its_curve(torque: Floats) -> float:
     """What the torques of a run scatter by: scatter shows in differences of every order alike, and
-    a curve, as of a load that swings, less in each further one."""
-    return min(neighbour_scatter([torque], order) for order in (2, 3, 4))
+    a curve, as of a load that swings, far less in each further one."""
+    size = neighbour_scatter([torque], 2)
+    for order in range(3, _LIMITS.orders + 1):
+        further = neighbour_scatter([torque], order)
+        if further > _LIMITS.alike * size:
+            break
+        size = further
+    return size
 
 
 def _runs(campaign: Campaign) -> Iterator[Ints]:

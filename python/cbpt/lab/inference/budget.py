@@ -25,6 +25,7 @@ from cbpt.lab.model.priors import PRIORS
 Floats = NDArray[np.float64]
 
 READINGS = "readings"
+TABLE = "points of the case's table"
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,16 @@ class Combined:
 
         above = (1 + _SHOWN.covered) / 2
         return float(stdtrit(self.dof, above) if np.isfinite(self.dof) else ndtri(above))
+
+    def beside(self, source: str, u: float) -> Combined:
+        """With a part that is known exactly and independent of the others."""
+        if not u > 0:
+            return self
+        square = self.u**2 + u**2
+        own = self.u**2 / square
+        shares = {name: own * share for name, share in self.shares.items()} | {source: 1 - own}
+        told = dict(sorted(shares.items(), key=lambda share: -share[1]))
+        return Combined(float(np.sqrt(square)), told, self.dof / own**2)
 
 
 @dataclass(frozen=True, eq=False)

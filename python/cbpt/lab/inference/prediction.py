@@ -22,12 +22,13 @@ from numpy.typing import ArrayLike, NDArray
 from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.lab.covariance.linear_gaussian import Rows
-from cbpt.lab.inference.budget import Budget, Combined
+from cbpt.lab.inference.budget import TABLE, Budget, Combined
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import CLASSES
+from cbpt.lab.model.table_curve import curve_errors
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
@@ -97,9 +98,12 @@ def angle_at(
     drive = _DriveAlone(fitter, _fresh(fitter.campaign.readings, torque, preload, input_angle))
     budget = Budget.of(fitter, fit)
     angle, gradients = drive.angle(fit, budget)
+    u_curve = _of_the_curve(fitter.campaign, torque)
     parts = tuple(
-        budget.combined(g) if ok and why_no_u is None else None
-        for g, ok in zip(gradients, np.isfinite(angle), strict=True)
+        part.beside(TABLE, float(u))
+        if ok and why_no_u is None and (part := budget.combined(g)) is not None
+        else None
+        for g, ok, u in zip(gradients, np.isfinite(angle), u_curve, strict=True)
     )
     return AtLoad(
         torque_Nm=torque,
@@ -136,9 +140,17 @@ def around_loop(fitter: Fitter, fit: Fit, load: Load) -> tuple[Floats, Floats, F
     budget = Budget.of(fitter, fit)
     angle, gradients = _DriveAlone(fitter, rows).angle(fit, budget)
     square = np.einsum("ij,jk,ik->i", gradients, budget.covariance, gradients)
+    square += _of_the_curve(fitter.campaign, torque) ** 2
     u = np.where(np.isfinite(angle), np.sqrt(np.maximum(square, 0.0)), np.nan)
     last = slice(n - 2 * _POINTS + 1, None)
     return torque[last], angle[last], u[last]
+
+
+def _of_the_curve(campaign: Campaign, torque_Nm: Floats) -> Floats:
+    """Standard uncertainty by what the table of the case leaves open, arcsec, whatever the readings
+    tell of it."""
+    columns = curve_errors(campaign.drive, torque_Nm)
+    return np.zeros(len(torque_Nm)) if columns is None else np.linalg.norm(columns, axis=1)
 
 
 class _DriveAlone:
@@ -235,6 +247,9 @@ def _campaign_of(c: Campaign, readings: Readings) -> Campaign:
         u_arcsec=np.ones(n),
         rows=Rows.of(readings.run_index),
         zero_per_run=False,
+        held=None,
+        torque_errors=None,
+        curve_errors=None,
     )
 
 

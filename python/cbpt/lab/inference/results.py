@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.inference.budget import Budget, Combined, range_of
+from cbpt.lab.inference.budget import TABLE, Budget, Combined, range_of
 from cbpt.lab.inference.estimates import parameter, parameters_of, unit_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
@@ -293,9 +293,15 @@ def _correlated(
     for other, g in told:
         if other is row or row.u is None or other.u is None:
             continue
-        r = budget.correlation(gradient, g)
+        # What the case's table leaves open is of the one alone.
+        r = budget.correlation(gradient, g) * _of_the_fit(row) * _of_the_fit(other)
         if abs(r) >= _SHOWN.large:
             yield other.name, r
+
+
+def _of_the_fit(row: Result) -> float:
+    """The part of an uncertainty that the unknowns of the fit make, of its size."""
+    return float(np.sqrt(1 - dict(row.rests_on).get(TABLE, 0.0)))
 
 
 def _chosen(fit: Fit) -> Iterator[Result]:

@@ -241,7 +241,7 @@ def _stiffness_curves(torque: float, angle: float) -> Iterator[Variant]:
         yield replace(curve, fixed=(("reference_torque_Nm", torque),))
     # As makers of strain-wave gears state it. What is soft below the range of T1 is a play; with
     # one break torque alone it is a joint with a stop.
-    first = _ranged("break_torque_1_Nm", torque, 0.2, 0.5, (0.25, 0.4))
+    first = _ranged("break_torque_1_Nm", torque, 0.1, 0.5, (0.15, 0.3))
     then = _ranged("break_torque_2_Nm", torque, 0.5, 0.95, (0.6, 0.8))
     softer = "added_compliance_1_rad_per_Nm", "added_compliance_2_rad_per_Nm"
     pieces = _of("stiffness_curve", softer, angle / torque, 1e-3, 1.0)

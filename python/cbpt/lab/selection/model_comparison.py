@@ -399,15 +399,15 @@ class _Contest:
 
     def reshape(self, names: Names) -> None:
         """A set without one effect, another in the form that then does best: one form may do what
-        two effects did."""
-        noise = self.fits[names].noise
-        for gone in names if len(names) > 2 else ():
-            less = tuple(n for n in names if n != gone)
+        two effects did. Of a pair single effects are left, fitted in their forms before."""
+        if len(names) < 3:
+            return
+        for less in combinations(names, len(names) - 1):
             if less in self.fits:
                 self.drop(less)
-        for two in combinations(names, 2) if len(names) > 2 else ():
+        for two in combinations(names, 2):
             rest = self.fits.get(tuple(n for n in names if n not in two))
-            offers = additions_to(self.setting, rest, (noise,)) if rest is not None else []
+            offers = additions_to(self.setting, rest, (self.fits[names].noise,)) if rest else []
             of_two = (forms for forms in offers if forms[0].adds in two)
             other = [[o for o in forms if not self.has_form(o)] for forms in of_two]
             self.crew.each(map(self.fit_of, self.ahead([o for o in other if o], 1)), self.keep)

@@ -107,8 +107,12 @@ def _to(value: float, place: int) -> str:
 
 
 _SMALL = re.compile("arcsec|arcmin")
-_IN_ARCSEC = re.compile(r"(?<![\w.])([+-]?\d[\d.]*(?:e[+-]?\d+)?) arcsec\b")
 """Angles that parameters of the library have in their usual units; others are of the drawing."""
+_NUMBER = r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_IN_ARCSEC = re.compile(
+    rf"('[^']*')|(?<![\w.-])(?:({_NUMBER})(\.\.| to ))?({_NUMBER}) arcsec\b(?!\^)"
+)
+"""What is quoted, or an angle or a range of angles in arcsec."""
 
 
 @dataclass(frozen=True)
@@ -131,10 +135,17 @@ class AngleUnit:
         return f"{self.number(arcsec, digits)} {self.symbol}"
 
     def retold(self, text: str) -> str:
-        """A text with its angles in arcsec told in this unit."""
+        """A text with its angles in arcsec told in this unit, but for what is quoted."""
         if self.symbol == "arcsec":
             return text
-        return _IN_ARCSEC.sub(lambda found: self.text(float(found[1])), text)
+
+        def told(found: re.Match[str]) -> str:
+            quoted, low, between, high = found.groups()
+            if quoted:
+                return str(quoted)
+            return (self.number(float(low)) + between if low else "") + self.text(float(high))
+
+        return _IN_ARCSEC.sub(told, text)
 
     def named(self, label: str, size: float) -> tuple[str, float]:
         """The name of a parameter and the size of its unit in SI, with this unit in place of the
