@@ -312,8 +312,8 @@ def _between_points(campaign: Campaign) -> list[str]:
         return []
     return [
         "the points of the case leave the curve between and beyond them open by up to "
-        f"{largest:.3g} arcsec (what other curves through them differ by), which counts as noise; more points in "
-        "the case, up to the largest torque, make it certain"
+        f"{largest:.3g} arcsec (what other curves through them differ by), which counts as noise; "
+        "more points in the case, up to the largest torque, make it certain"
     ]
 
 
