@@ -144,7 +144,7 @@ def test_a_spring_without_a_run_says_what_helps() -> None:
     }
     torque = np.r_[np.linspace(0, 20, 30), np.linspace(20, -20, 60)]
     noise = np.random.default_rng(3).normal(0, 5, len(torque))
-    table = {"torque_Nm": torque, "elastic_angle_arcsec": 125 * torque + noise}
+    table = {"torque_Nm": torque, "elastic_angle_arcsec": 130 * torque + noise}
     d = cbpt.diagnose(spring, table | {"u_elastic_angle_arcsec": np.full(len(torque), 5.0)})
     assert d.verdict.kind == "ambiguous" and d.next_run() is None
     assert "Runs are computed for ball drives alone" in " ".join(d.report().split())

@@ -330,7 +330,7 @@ def loops_of_a_spring(u_arcsec: float, gain: float = 1.0) -> Any:
 
 
 def test_numbers_of_a_torsion_spring_have_its_own_names() -> None:
-    table = loops_of_a_spring(5.0, gain=1.25)
+    table = loops_of_a_spring(5.0, gain=1.28)
     d = diagnose(SPRING, table)
     case, readings = case_and_readings(SPRING, table)
     page = page_document(case, readings, SOURCE, d)
