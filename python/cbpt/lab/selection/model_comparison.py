@@ -407,7 +407,9 @@ class _Contest:
                 self.drop(less)
         for two in combinations(names, 2):
             rest = self.fits.get(tuple(n for n in names if n not in two))
-            offers = additions_to(self.setting, rest, (self.fits[names].noise,)) if rest else []
+            if rest is None:
+                continue
+            offers = additions_to(self.setting, rest, (self.fits[names].noise,))
             of_two = (forms for forms in offers if forms[0].adds in two)
             other = [[o for o in forms if not self.has_form(o)] for forms in of_two]
             self.crew.each(map(self.fit_of, self.ahead([o for o in other if o], 1)), self.keep)
