@@ -108,7 +108,7 @@ def draw_diagnosis(
     angle.set_ylabel(f"elastic angle ({angle_unit})")
     _draw_legend(angle, d.points)
     bare(angle, before, after, ladder)
-    figure.suptitle("\n".join(wrap(d.sentence, 104)), x=0.01, ha="left", fontsize=10.5)
+    figure.suptitle("\n".join(wrap(d.sentence, 94)), x=0.01, ha="left", fontsize=10.5)
     save(figure, path)
 
 
