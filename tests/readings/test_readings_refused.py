@@ -314,3 +314,15 @@ def test_an_empty_cell_of_the_levels_is_told_with_column_row_and_remedy() -> Non
     assert len(read_readings(table, need_preload=False)) == 3
     with pytest.raises(ReadingsError, match=r"row 2, column 'state'.*empty cell.*remove"):
         read_readings(table, need_preload=False, by="state")
+
+
+def test_a_unit_that_is_stated_against_the_header_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("torque_Nm,angle [arcmin]\n1,2\n", encoding="utf-8")
+
+    def notes(stated: str) -> str:
+        read = read_readings(path, need_preload=False, columns={"angle [arcmin]": stated})
+        return " ".join(map(str, read.notes))
+
+    assert "as elastic_angle in deg, though its header says arcmin" in notes("elastic_angle_deg")
+    assert "though" not in notes("elastic_angle")

@@ -3,6 +3,8 @@
     find_unit, units_of  units by their spellings, and those of a kind (the table is the core's)
     converted            values in another unit
     Quantity, CONTRACT   the columns a table of readings may have, and the names they go by
+    read_stated          what somebody says that a header means
+    other_unit           the unit in a header where another was stated
     read_header          "T (N·m)" -> torque in N m; or what is missing before it can be read
 
 A unit is never guessed. A word ("torque") names its quantity whatever follows; a letter ("T")
@@ -13,7 +15,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +29,10 @@ __all__ = [
     "Quantity",
     "converted",
     "find_unit",
+    "other_unit",
     "plain",
     "read_header",
+    "read_stated",
     "unit_at_end",
     "units_of",
 ]
@@ -283,6 +287,29 @@ def unit_at_end(header: str) -> str:
         return (brackets[2] if brackets[2] is not None else brackets[3]).strip()
     parts = re.split(r"[\s_\-/,]+", header)
     return parts[-1] if len(parts) > 1 else ""
+
+
+def other_unit(taken: Unit, header: str, below: str) -> Unit | None:
+    """The unit that a header or the row under it states where another of its kind is taken."""
+    own = find_unit(below or unit_at_end(header), taken.quantity)
+    return own if own and own.quantity == taken.quantity and own != taken else None
+
+
+def read_stated(stated: str, header: str, below: str) -> Header:
+    """What somebody says that a header means: a quantity in a unit, or in that of the header; or
+    "extra", which is none."""
+    if stated == "extra":
+        return Header()
+    said = read_header(stated)
+    if said.quantity and said.expected:
+        said = read_header(stated, below or unit_at_end(header))
+    if said.expected:
+        column = said.candidates[0].column
+        return replace(said, remedy=Words("for example ", TakeColumn(header, column)))
+    if said.quantity:
+        return said
+    known = ", ".join(quantity.column for quantity in CONTRACT)
+    return Header(expected=f'one of {known} (in any unit) or "extra", not {stated!r}')
 
 
 def read_header(header: str, unit_below: str | None = None) -> Header:

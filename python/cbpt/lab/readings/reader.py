@@ -30,8 +30,10 @@ from cbpt.lab.readings.headers import (
     Quantity,
     converted,
     find_unit,
+    other_unit,
     plain,
     read_header,
+    read_stated,
     unit_at_end,
 )
 from cbpt.lab.readings.in_memory import read_columns
@@ -303,7 +305,9 @@ class _Reader:
             else:
                 uses[said.quantity.key] = _Use(index, name, said.quantity, said.unit)
                 if said.unit and name != said.quantity.column:
-                    told.append(f"{name!r} as {said.quantity.key} in {said.unit.written}")
+                    own = other_unit(said.unit, name, below)
+                    but = f", though its header says {own.written}" if own else ""
+                    told.append(f"{name!r} as {said.quantity.key} in {said.unit.written}{but}")
         for sensor, angle in _SENSOR.items():
             if sensor in uses and angle in uses:
                 spare = uses.pop(sensor)
@@ -331,20 +335,7 @@ class _Reader:
     def understand(self, name: str, below: str) -> Header:
         """What a header means: as `columns` state it, else as it reads."""
         stated = self.columns.get(name)
-        if stated is None:
-            return read_header(name, below)
-        if stated == "extra":
-            return Header()
-        said = read_header(stated)
-        if said.quantity and said.expected:  # no unit: that of the header itself, if it has one
-            said = read_header(stated, below or unit_at_end(name))
-        if said.expected:
-            column = said.candidates[0].column
-            return dataclasses.replace(said, remedy=Words("for example ", TakeColumn(name, column)))
-        if said.quantity:
-            return said
-        known = ", ".join(quantity.column for quantity in CONTRACT)
-        return Header(expected=f'one of {known} (in any unit) or "extra", not {stated!r}')
+        return read_header(name, below) if stated is None else read_stated(stated, name, below)
 
     def require(self, uses: dict[str, _Use], asked: set[str], hints: dict[str, str]) -> None:
         """Mistakes for the quantities that have to be there, notes for the others."""
