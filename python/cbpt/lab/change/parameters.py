@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -147,12 +148,27 @@ def _held(best: Choice, group: Group) -> Held | None:
     within = abs(si) * max(
         float(np.sqrt(d**2 + variance)) for d, variance in _differences(free, place)
     )
+    known = tuple(abs(value) > 2 * o for o in off)
+    own = _apart(levels, place)
+    if own:
+        within = max(within, float(np.ptp(own)))
+        known = (min(map(abs, own)) > 2 * within,) * len(own)
     name = _name(levels, place)
     return Held(
         number=Unchanged(group.effect, name, unit_of(name), value, u, within),
-        known=tuple(abs(value) > 2 * o for o in off),
+        known=known,
         well_known=tuple(abs(value) > 3 * o for o in off),
     )
+
+
+def _apart(levels: Levels, place: int) -> list[float]:
+    """Values of the levels by themselves, SI, where they differ by more than their readings leave
+    open and a new set-up may be why; else none. What may be the set-up may be a change too."""
+    if all(party.set_up is None for party in levels.parties):
+        return []
+    found = [(fit.value(fit.unknowns[place]), fit.u(fit.unknowns[place])) for fit in levels.fits]
+    differ = any(abs(v - w) > 2 * np.hypot(u, z) for (v, u), (w, z) in combinations(found, 2))
+    return [value for value, _ in found] if differ else []
 
 
 def differs(choice: Choice, effect: str) -> bool:

@@ -162,11 +162,12 @@ def _unless(found: ChangeData, angle: AngleUnit) -> str:
     if found.reproducibility_arcsec is not None:
         return ""
     size = found.levels_differ_by_arcsec
-    by = "as much" if size is None else f"by {angle.text(size)} (standard deviation)"
+    apart = "" if size is None else f" The fitted curves are {angle.text(size)} (rms) apart: where"
+    than = "about a fifth of that" if apart else "a small part of that"
     return (
         " This holds if the rig comes back to the same state when it is set up again, which these "
-        f"readings do not show: if a state that is measured twice differs {by}, nothing changed. "
-        "Measure one state again."
+        f"readings do not show.{apart or ' Where'} a state that is measured twice differs by more "
+        f"than {than}, this may be no change. Measure one state again."
     )
 
 
@@ -311,9 +312,10 @@ def _not_shown(found: ChangeData) -> str:
     by_levels: dict[tuple[str, ...], list[str]] = {}
     for effect, levels in found.not_shown.items():
         by_levels.setdefault(levels, []).append(effect)
+    beside = "" if found.reproducibility_arcsec is None else " beside what a new set-up changes"
     return "".join(
         f" Whether {listed(effects, 'or')} changed cannot be told: the readings of "
-        f"{listed(levels)} determine {'it' if len(effects) == 1 else 'them'} too roughly."
+        f"{listed(levels)} determine {'it' if len(effects) == 1 else 'them'} too roughly{beside}."
         for levels, effects in by_levels.items()
     )
 
