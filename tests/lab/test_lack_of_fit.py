@@ -157,6 +157,40 @@ def test_a_wave_in_time_is_found_as_such() -> None:
     assert found[0][0] == ("time_s",)
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_what_began_at_a_moment_is_found_as_such(order: int) -> None:
+    """An offset, a gain or a give of both signs from a third of the table on."""
+    fitter, _, structure = many_angles()
+    r = fitter.campaign.readings
+    later = np.arange(len(r)) > 0.37 * len(r)
+    shape = [np.ones(len(r)), r.torque_Nm, r.torque_Nm * np.abs(r.torque_Nm)][order]
+    found = planted(later * shape)[0][0]
+    assert found == (("time_s",) if order == 0 else ("torque_Nm", "time_s"))
+    # One moment of many, and one form of several, share the prior odds of a family.
+    mine = [f.share for f in structure.families if f.columns == ("torque_Nm", "time_s")]
+    assert sum(mine) == pytest.approx(1.75)
+
+
+def test_a_moment_is_one_of_the_clock_and_not_of_the_table() -> None:
+    """Runs that the table has in another order than the clock; and a clock for each run."""
+    n = 24
+    late_first = {"time_s": np.r_[np.arange(12) + 100.0, np.arange(12)]}
+    for time in (late_first["time_s"], np.tile(np.arange(12.0), 2)):
+        table = {
+            "run": np.repeat([1, 2], 12),
+            "time_s": time,
+            "torque_Nm": np.tile(np.arange(12.0), 2),
+            "elastic_angle_arcsec": np.arange(n) * 1.0,
+        }
+        first = next(
+            f.patterns[:, 0]
+            for f in components(read_readings(table, need_preload=False))
+            if f.columns == ("time_s",) and not f.whole
+        )
+        begun = set(np.flatnonzero(first > 0))
+        assert begun == (set(range(24)) - {12} if time[0] == 100.0 else set(range(1, 24)))
+
+
 def test_noise_shows_no_more_than_chance() -> None:
     """Correlated noise, seen through its own whitening, as much as white noise does."""
     fitter, fit, _ = many_angles()
@@ -213,7 +247,7 @@ def around() -> tuple[Campaign, Floats, Floats, Floats]:
     signatures = Signatures(campaign, fitter.variants).about(fit, places(fitter))
     numbers = fit.point.slopes * np.array([u.unit for u in fit.unknowns])
     seen = [np.where(np.isfinite(s.columns), s.columns, 0.0) for s in signatures]
-    families = [f.patterns for f in components(campaign.readings)]
+    families = [f.patterns for f in components(campaign.readings) if f.whole]
     # One group with the kernel of all, each as strong as any other: made once, it saves time.
     groups = [g @ g.T for g in (numbers, *seen, *families)]
     kernel = np.sum([k / np.trace(k) for k in groups if np.trace(k) > 0], axis=0)
@@ -334,3 +368,19 @@ def test_time_goes_on_though_nobody_wrote_it_down(zero: float, gain: float) -> N
     else:
         assert found.verdict.kind == "unknown" and "order of the readings" in found.sentence
         assert "write down the time" in measure_next(found)
+
+
+@pytest.mark.parametrize("seed", mostly_long(range(4), [0]))
+def test_a_crack_at_a_moment_has_no_name(seed: int) -> None:
+    """A give of the second order from a moment on: pairs and triples of effects that look alike in
+    some places were certain where the unnamed had to be any curve at all times."""
+    drive, table = drive_of("dev07"), columns_of("dev07")
+    table["u_elastic_angle_arcsec"] = np.full(len(table["torque_Nm"]), 0.3)
+    campaign = Campaign.of(drive, read_readings(table))
+    torque = campaign.readings.torque_Nm / np.abs(campaign.readings.torque_Nm).max()
+    n = len(torque)
+    crack = 1.5 * torque * np.abs(torque) * (np.arange(n) > 0.42 * n)
+    noise = 0.3 * np.random.default_rng([71, seed]).standard_normal(n)
+    table["elastic_angle_arcsec"] = truth(campaign, {}) + crack + noise
+    found = diagnose(drive, table)
+    assert found.verdict.kind == "unknown" and not found.verdict.effects

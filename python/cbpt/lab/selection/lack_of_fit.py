@@ -9,7 +9,10 @@ says_no_more               whether it is only what a fit has a name for
 held_out_with_lack_of_fit  readings less what the other folds and it predict of them
 
 Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
-not too rough function of its columns. What a family explains is a sum of squares over its rank.
+not too rough function of its columns. Over the torque there are forms of one order too, and of what
+began at one moment: a family that holds any curve pays for each, and a law that has a name and
+happens to look alike would win over something simple that has none. What a family explains is a
+sum of squares over its rank.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +48,8 @@ class _Limits:
     most_columns: int = 160
     most_levels: int = 40
     families: int = 3
+    moments: int = 64
+    """Places in the table at which something may have begun."""
     amplitudes: tuple[float, ...] = (0.5, 1.5, 5.0, 15.0)
 
 
@@ -56,6 +62,10 @@ class Component:
 
     columns: tuple[str, ...]
     patterns: Floats = field(repr=False)
+    share: float = 1.0
+    """Of the prior odds of a family: one of several forms of it has a part of them."""
+    whole: bool = True
+    """Whether it holds any curve, not a form of few numbers alone."""
 
 
 def hats(values: Floats, knots: int) -> Floats:
@@ -112,12 +122,26 @@ def bases(readings: Readings) -> dict[str, Floats]:
     else:
         # Time went on though nobody wrote it down.
         found["order"] = hats(np.arange(float(len(r))), 8)
+    found["later"] = _later(r)
     if r.temperature_degC is not None:
         found["temperature_degC"] = hats(r.temperature_degC, 4)
     if r.cycle is not None:
         found["cycle"] = levels(np.asarray(r.cycle))
     found["run"] = levels(r.run_index)
     return {name: b for name, b in found.items() if b.shape[1] > 1}
+
+
+def _later(r: Readings) -> Floats:
+    """1 from a moment on, 0 before: a column for each of some moments, spread over the readings."""
+    n = len(r)
+    place = np.arange(n)
+    if r.time_s is not None:
+        order = np.argsort(r.time_s, kind="stable")
+        if np.count_nonzero(np.diff(r.run_index[order])) == r.run_index.max():
+            # Else each run has a clock of its own, and the runs are as they are in the table.
+            place[order] = np.arange(n)
+    moments = np.unique(np.linspace(0, n, _LIMITS.moments + 2).astype(int)[1:-1])
+    return np.asarray(place[:, None] >= moments[moments > 0], dtype=np.float64)
 
 
 def run_time(readings: Readings) -> Floats:
@@ -174,15 +198,14 @@ def components(readings: Readings) -> tuple[Component, ...]:
 def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
     for name in _SINGLES:
         if name in found:
-            yield Component((name,), found[name])
+            share = 0.5 if name == "torque_Nm" else 1.0
+            yield Component((name,), found[name], share)
+    if "torque_smooth" in found:
+        yield Component(("torque_Nm",), found["torque_smooth"][:, 1:], 0.5, whole=False)
     for name in _WITH_TORQUE:
         if name in found and "torque_smooth" in found:
-            yield Component(("torque_Nm", name), product([found["torque_smooth"], found[name]]))
-    for name in _LEVELS:
-        # Many levels: a gain of each is less than a curve of each, and costs a quarter.
-        if name in found and "torque_smooth" in found:
-            gain = found["torque_smooth"][:, 1:2]
-            yield Component(("torque_Nm", name), product([gain, found[name]]))
+            yield from _over_torque(("torque_Nm", name), found["torque_smooth"], found[name])
+    yield from _from_a_moment(found)
     if {"torque_smooth", "direction", "preload_N"} <= found.keys():
         loads = product([found["torque_Nm"], found["preload_N"]])
         # Every load by itself: what is left beyond the scatter of its repeats is no noise.
@@ -190,6 +213,31 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
             yield Component(("torque_Nm", "preload_N"), loads)
         three = [found[name] for name in ("torque_smooth", "direction", "preload_N")]
         yield Component(("torque_Nm", "direction", "preload_N"), product(three))
+
+
+def _over_torque(columns: Names, torque: Floats, other: Floats) -> Iterator[Component]:
+    """A curve of the torque at each value of another column, or one order of it alone: a gain of
+    each is less than a curve of each, and costs a quarter."""
+    forms = [torque, *_orders(torque)]
+    for form in forms:
+        yield Component(columns, product([form, other]), 1 / len(forms), form is torque)
+
+
+def _orders(torque: Floats) -> list[Floats]:
+    """A gain, what is the same whatever the sign, and an odd curve."""
+    return [torque[:, [1]], torque[:, [2]], torque[:, [1, 3]]]
+
+
+def _from_a_moment(found: dict[str, Floats]) -> Iterator[Component]:
+    """An offset, or an order of the torque, from one moment on: something slipped or cracked."""
+    if "torque_smooth" not in found or "later" not in found:
+        return
+    time, torque = "time_s" if "time_s" in found else "order", found["torque_smooth"]
+    forms = [((time,), torque[:, [0]]), *((("torque_Nm", time), form) for form in _orders(torque))]
+    for columns, form in forms:
+        for later in found["later"].T[:, :, None]:
+            share = 1 / (len(forms) * found["later"].shape[1])
+            yield Component(columns, form * later, share, whole=False)
 
 
 def product(bases: Sequence[Floats]) -> Floats:
@@ -207,9 +255,11 @@ class Structure:
         axes, size, _ = np.linalg.svd(margin.x / length, full_matrices=False)
         self._free = axes[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)]
         self.axes: list[Floats] = []
-        for family in self.families:
-            seen = self.projected(whitener(family.patterns))  # type: ignore[operator]
-            self.axes.append(_axes(seen))
+        for together in _by_columns(self.families):
+            joined = np.column_stack([family.patterns for family in together])
+            seen = self.projected(whitener(joined))  # type: ignore[operator]
+            ends = np.cumsum([family.patterns.shape[1] for family in together])[:-1]
+            self.axes += [_axes(patterns) for patterns in np.split(seen, ends, axis=1)]
         self.ranks = np.array([a.shape[1] for a in self.axes])
 
     def projected(self, columns: Floats) -> Floats:
@@ -225,6 +275,11 @@ class Structure:
         m = np.maximum(self.ranks, 1)[:, None]
         ratio = np.maximum(scores / m, 1.0)
         return np.asarray(0.5 * m * (ratio - 1 - np.log(ratio)) * (self.ranks[:, None] > 0))
+
+
+def _by_columns(families: Sequence[Component]) -> Iterator[list[Component]]:
+    """Families one after another that depend on the same: one whitening for all of them."""
+    return (list(group) for _, group in groupby(families, lambda family: family.columns))
 
 
 def _axes(seen: Floats) -> Floats:
@@ -332,8 +387,12 @@ def lacks_of_fit_on(
         if not structure.families:
             continue
         scores = structure.scores(structure.projected(seen.margin.y)[:, None])
-        odds = structure.log_odds(scores)[:, 0]
-        for i in ranked(odds.tolist())[: _LIMITS.families]:
+        shares = np.log([f.share for f in structure.families])
+        odds = structure.log_odds(scores)[:, 0] + shares
+        foremost: dict[Names, int] = {}  # of the forms that depend on the same, the likeliest
+        for i in ranked(odds.tolist()):
+            foremost.setdefault(structure.families[i].columns, i)
+        for i in list(foremost.values())[: _LIMITS.families]:
             if odds[i] > least:
                 tried[i] = structure.families[i]
     y, x, precision = fitter.linear(fit)
@@ -347,6 +406,7 @@ def lacks_of_fit_on(
         values = np.array([v for v, _ in ratings])
         value += float(np.log(np.mean(np.exp(values - values.max())))) + fit.log_size_prior
         names = fit.hypothesis.effects
+        value += float(np.log(family.share))
         yield LackOfFit(names, family.columns, value, amplitude, suited, problem)
 
 

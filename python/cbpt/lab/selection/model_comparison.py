@@ -549,7 +549,7 @@ class _Contest:
                 p.log_evidence
                 + prior(p.base)
                 - setting.price(fits[p.base])
-                + float(np.log(ODDS["unknown"] / max(len(setting.families), 1)))
+                + float(np.log(ODDS["unknown"] / max(sum(f.share for f in setting.families), 1)))
                 - null,
                 p,
             )

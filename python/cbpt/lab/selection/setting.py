@@ -174,7 +174,7 @@ def _inflations(
     y = c.y_arcsec - fit.point.angle_arcsec
     whitener = Whitener.of(c.plain_noise, c.u_arcsec, c.rows)
     found: list[Floats] = []
-    wide = [numbers, *seen, *(f.patterns for f in families)]
+    wide = [numbers, *seen, *(f.patterns for f in families if f.whole)]
     of = partial(inflation_of, y, c.offsets, whitener=whitener)
     for inflation in both(c, partial(of, fields=wide), partial(of, fields=[numbers])):
         if inflation is None or _of_one_place(c, inflation > 1.5):
