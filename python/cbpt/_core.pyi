@@ -35,6 +35,12 @@ class Case:
         Effects that the case adds to the drive.
         """
     @property
+    def friction_between_runs(self, /) -> str:
+        """
+        Whether friction goes on where a run begins as the one before it ended: if both are timed by one clock
+        (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
+        """
+    @property
     def friction_coefficient(self, /) -> float:
         """
         Friction coefficient of ``[friction]``.
@@ -116,6 +122,10 @@ class Case:
 
         Raises ``CaseError`` with key, what was found and what is allowed, and ``InvalidInputError`` for a function of Python,
         which a case cannot hold.
+        """
+    def with_friction_between_runs(self, /, word: str) -> Case:
+        """
+        The case with another ``friction_between_runs``. Raises ``InvalidInputError`` for any other word.
         """
     def with_numbers(self, /, numbers: "dict[str, float]") -> Case:
         """

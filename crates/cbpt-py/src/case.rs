@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cbpt_cli::case::{Case as RustCase, Zero};
+use cbpt_cli::case::{BetweenRuns, Case as RustCase, Zero};
 use cbpt_cli::commands::friction::{self, Asked, Costs};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
@@ -135,6 +135,33 @@ impl Case {
             Zero::Common => "common",
             Zero::PerRun => "per_run",
         }
+    }
+
+    /// Whether friction goes on where a run begins as the one before it ended: if both are timed by one clock
+    /// (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
+    #[getter]
+    fn friction_between_runs(&self) -> &'static str {
+        match self.case.measurement.friction_between_runs {
+            BetweenRuns::ByClock => "by_clock",
+            BetweenRuns::Released => "released",
+            BetweenRuns::Carried => "carried",
+        }
+    }
+
+    /// The case with another ``friction_between_runs``. Raises ``InvalidInputError`` for any other word.
+    fn with_friction_between_runs(&self, py: Python<'_>, word: &str) -> PyResult<Self> {
+        let between = match word {
+            "by_clock" => BetweenRuns::ByClock,
+            "released" => BetweenRuns::Released,
+            "carried" => BetweenRuns::Carried,
+            _ => {
+                let rule = "is none of by_clock, released, carried";
+                return Err(invalid_input(py, &InvalidInput::new("friction_between_runs", word, rule)));
+            }
+        };
+        let mut case = self.case.clone();
+        case.measurement.friction_between_runs = between;
+        Ok(Self { case })
     }
 
     /// Lever arm of a displacement sensor, mm, or ``None``.

@@ -358,6 +358,8 @@ fn load() -> Section {
 
 fn measurement() -> Section {
     let zero = "whether all runs share one zero of the angle or each run has its own";
+    let between = "where a run begins as the one before it ended: whether friction goes on if both have one clock \
+                   (time_s goes on), was released, or goes on whatever the clocks";
     let lever = "radius at which the displacement sensor measures; readings of displacement need it";
     Section {
         name: "measurement",
@@ -367,6 +369,7 @@ fn measurement() -> Section {
         keys: vec![
             Key::choice("zero", &["common", "per_run"], zero).by_default(),
             Key::quantity("lever_arm", Quantity::Length, "mm", 0.1, lever).optional(),
+            Key::choice("friction_between_runs", &["by_clock", "released", "carried"], between).by_default(),
         ],
     }
 }

@@ -115,6 +115,8 @@ pub struct Measurement {
     pub zero: Zero,
     /// Radius at which a displacement sensor reads, m.
     pub lever_arm_m: Option<f64>,
+    /// What becomes of friction from one run to the next.
+    pub friction_between_runs: BetweenRuns,
 }
 
 /// `[rating]`.
@@ -170,6 +172,17 @@ pub enum Zero {
     Common,
     /// One zero for each run.
     PerRun,
+}
+
+/// What becomes of friction where a run begins as the one before it ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BetweenRuns {
+    /// It goes on if both runs are timed by one clock.
+    ByClock,
+    /// It was released: every run begins at rest.
+    Released,
+    /// It goes on, whatever the clocks.
+    Carried,
 }
 
 /// `[uncertainty]`: standard uncertainties (k = 1).

@@ -312,4 +312,5 @@ def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
     campaign, fitted = fitter.campaign, {effect for effect, _ in entries}
     kept = [(e, numbers) for e, numbers in campaign.effects if e not in fitted]
     listed = [*kept, *((effect, numbers) for (effect, _), numbers in entries.items())]
-    return case.with_effects([(campaign.own.get(e, e), numbers) for e, numbers in listed])
+    case = case.with_effects([(campaign.own.get(e, e), numbers) for e, numbers in listed])
+    return case.with_friction_between_runs(campaign.history)

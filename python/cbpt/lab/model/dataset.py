@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from cbpt.lab.model.table_curve import curve_errors
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
-History = Literal["by clock", "anew", "carried"]
+History = Literal["by_clock", "released", "carried"]
 Mask = NDArray[np.bool_]
 
 # Known no better than this where a table states no uncertainty; found from the scatter instead.
@@ -68,7 +68,7 @@ class Campaign:
     """Scatter of the torques about their ramps that `u_arcsec` holds, beside what is stated."""
     repeats: Repeats | None = None
     """What readings taken again say of the uncertainty, where that was asked."""
-    history: History = "by clock"
+    history: History = "by_clock"
     """Whether friction goes on where a run begins as the one before it ended: if both are timed by
     one clock, at no run, or by whatever clocks."""
     zero_per_run: bool = False
@@ -113,6 +113,9 @@ class Campaign:
             rounding_arcsec=rounding,
             rows=Rows.of(readings.run_index),
             zero_per_run=isinstance(case, Case) and case.zero == "per_run",
+            history=cast("History", case.friction_between_runs)
+            if isinstance(case, Case)
+            else "by_clock",
             priors=stated_uncertainty(case),
             curve_errors=None if between is None else Artefact("known", between),
         )

@@ -60,7 +60,7 @@ class Assembled:
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
         )
-        if campaign.history == "anew":
+        if campaign.history == "released":
             self._predictor.start_anew()
         elif campaign.history == "carried":
             self._predictor.go_on()

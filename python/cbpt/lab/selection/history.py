@@ -34,15 +34,17 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
+_SAID = 'of the fit says so to cbpt compare: friction_between_runs = "{}" under [measurement]'
 _NOTES = {
-    "anew": "runs begin where the ones before them ended, but the readings show friction that "
-    "starts anew at each run: it faded or was released in between. For cbpt compare to take it so, "
-    "let time_s begin at 0 in each run",
+    "released": "runs begin where the ones before them ended, but the readings show friction that "
+    f"starts anew at each run: it faded or was released in between. The case {_SAID}".format(
+        "released"
+    ),
     "carried": "the readings show friction that goes on from run to run, though time_s does not. "
-    "For cbpt compare to take it so, let time_s go on from run to run",
+    f"The case {_SAID}".format("carried"),
     "repeated": "the readings show that the first loops begin with friction of loops before them, "
     "which were not measured: they are fitted as if the same loop had been run before. "
-    "cbpt compare takes them as loaded from rest",
+    f"The case {_SAID}".format("carried"),
 }
 
 
@@ -68,7 +70,7 @@ def with_their_history(
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]
     }
-    best = _clearly_best(together, "by clock")
+    best = _clearly_best(together, next(iter(together)))
     found, notes = list[Campaign](), list[str]()
     for campaign, odds in zip(campaigns, known, strict=True):
         history = _clearly_best({name: gained for name, (gained, _) in odds.items()}, best)
@@ -91,10 +93,13 @@ def notes_of_levels(names: Sequence[str], notes: Sequence[str]) -> list[str]:
 
 
 def _histories(campaign: Campaign, named: Sequence[str] | None) -> dict[History, tuple[float, str]]:
-    """The log evidence of each history over that of the clocks, and what it says beside them."""
-    found: dict[History, tuple[float, str]] = {"by clock": (0.0, "")}
+    """The log evidence of each history over that of the clocks, and what it says beside them; the
+    usual one first."""
+    found: dict[History, tuple[float, str]] = {campaign.history: (0.0, "")}
+    if campaign.history != "by_clock":
+        return found  # somebody knows, and the case says it
     of_clocks: float | None = None
-    others: tuple[History, ...] = "anew", "carried"
+    others: tuple[History, ...] = "released", "carried"
     for history in others:
         other = replace(campaign, history=history)
         note, gained = _what_differs(other, campaign), 0.0

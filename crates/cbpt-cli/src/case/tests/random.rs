@@ -16,7 +16,7 @@ use crate::formula::Formula;
 
 use super::super::fields;
 use super::super::{
-    Case, EffectEntry, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero,
+    BetweenRuns, Case, EffectEntry, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero,
 };
 
 fn positive() -> impl Strategy<Value = f64> {
@@ -153,7 +153,9 @@ fn any_case() -> impl Strategy<Value = Case> {
         .collect();
     let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
     let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
-    let measurement = (any::<bool>(), option::of(positive()), option::of(positive()));
+    let between = [BetweenRuns::ByClock, BetweenRuns::Released, BetweenRuns::Carried];
+    let zeros = (any::<bool>(), proptest::sample::select(between.to_vec()));
+    let measurement = (zeros, option::of(positive()), option::of(positive()));
     let friction = (0.0..10.0, positive());
     let operation = (option::of(positive()), option::of(positive()), option::of(positive()), positive());
     let costs = (friction, operation);
@@ -161,14 +163,18 @@ fn any_case() -> impl Strategy<Value = Case> {
         |(
             drive,
             (torque_Nm, preload_N, input_angle_rad),
-            (per_run, lever_arm_m, rated_torque_Nm),
+            ((per_run, friction_between_runs), lever_arm_m, rated_torque_Nm),
             ([k, angle, torque, preload, sensor], of_drive, tolerance),
             ((coefficient, coefficient_uncertainty), (speed, inertia, mass, static_safety)),
             effects,
         )| Case {
             reducer: drive.into(),
             load: LoadDefaults { torque_Nm, preload_N, input_angle_rad },
-            measurement: Measurement { zero: if per_run { Zero::PerRun } else { Zero::Common }, lever_arm_m },
+            measurement: Measurement {
+                zero: if per_run { Zero::PerRun } else { Zero::Common },
+                lever_arm_m,
+                friction_between_runs,
+            },
             rating: Rating { rated_torque_Nm },
             friction: Friction { coefficient, coefficient_uncertainty },
             operation: Operation {

@@ -10,7 +10,9 @@ use cbpt_core::{
 };
 use serde_json::json;
 
-use super::super::{Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero};
+use super::super::{
+    BetweenRuns, Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero,
+};
 use super::{RING, edited, message, read};
 
 #[test]
@@ -46,7 +48,11 @@ fn a_drive_is_read_in_si() {
     let expected = Case {
         reducer: drive.unwrap().into(),
         load: LoadDefaults::default(),
-        measurement: Measurement { zero: Zero::Common, lever_arm_m: None },
+        measurement: Measurement {
+            zero: Zero::Common,
+            lever_arm_m: None,
+            friction_between_runs: BetweenRuns::ByClock,
+        },
         rating: Rating::default(),
         friction: Friction::default(),
         operation: Operation::default(),
@@ -89,6 +95,7 @@ fn everything_a_case_may_hold() {
         input_angle_deg = -90
         [measurement]
         zero = "per_run"
+        friction_between_runs = "released"
         lever_arm_mm = 100
         [rating]
         rated_torque_Nmm = 4000
@@ -132,7 +139,11 @@ fn everything_a_case_may_hold() {
     let load =
         LoadDefaults { torque_Nm: Some(-5.0), preload_N: Some(600.0), input_angle_rad: Some(-PI / 2.0) };
     assert_eq!(case.load, load);
-    assert_eq!(case.measurement, Measurement { zero: Zero::PerRun, lever_arm_m: Some(0.1) });
+    let friction_between_runs = BetweenRuns::Released;
+    assert_eq!(
+        case.measurement,
+        Measurement { zero: Zero::PerRun, lever_arm_m: Some(0.1), friction_between_runs }
+    );
     assert_eq!(case.rating, Rating { rated_torque_Nm: Some(4.0) });
     assert_eq!(case.friction, Friction { coefficient: 0.08, coefficient_uncertainty: 0.03 });
     let operation = Operation {
