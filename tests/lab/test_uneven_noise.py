@@ -156,3 +156,49 @@ def test_white_noise_that_grows_is_noise(seed: int) -> None:
     found = diagnosed((0.2 + 0.1 * np.abs(TORQUE_NM)) * white(seed))
     assert found.verdict.undecided != "uneven misfit"
     assert found.verdict.effects == () and found.verdict.rivals == ()
+
+
+# --- readings that are far off ------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", mostly_long(range(4), [0, 1]))
+def test_a_sensor_that_ends_early_leaves_no_outliers(seed: int) -> None:
+    """The last readings of each loading fell short by many u: they were outliers, for certain."""
+    angle = exact() + U_ARCSEC * white(seed)
+    end = float(np.quantile(angle, 0.97))
+    found = diagnosed(np.minimum(angle, end) - exact())
+    assert found.verdict.kind not in ("complete", "rig") or found.verdict.effects, found.sentence
+
+
+@pytest.mark.parametrize("seed", mostly_long(range(6), [0]))
+def test_outliers_anywhere_are_outliers(seed: int) -> None:
+    rng = np.random.default_rng([9, seed])
+    far = rng.choice(len(TABLE), 10, replace=False)
+    added = U_ARCSEC * white(seed)
+    added[far] += 8 * U_ARCSEC * rng.choice([-1.0, 1.0], 10)
+    found = diagnosed(added)
+    assert found.verdict.kind in ("complete", "rig"), found.sentence
+    assert "outliers" in found.verdict.noise
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_spring_that_sticks_in_every_loop_has_no_heavy_tails(seed: int) -> None:
+    """The angle holds near zero torque on the way back, alike in all loops, 40 u and more."""
+    up = np.linspace(0.0, 20.0, 16)
+    loop = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1]])
+    angle = loop / 3000.0
+    for i in range(1, len(loop)):
+        if abs(loop[i]) < 2.4 and abs(loop[i]) < abs(loop[i - 1]):
+            angle[i] = angle[i - 1]
+    n = 3 * len(loop)
+    noise = 2e-5 * np.random.default_rng([13, seed]).standard_normal(n)
+    table = {
+        "run": np.repeat([1, 2, 3], len(loop)),
+        "time_s": np.arange(n) * 2.0 + np.repeat([0.0, 300.0, 600.0], len(loop)),
+        "torque_Nm": np.tile(loop, 3),
+        "elastic_angle_rad": np.tile(angle, 3) + noise,
+        "u_elastic_angle_rad": np.full(n, 2e-5),
+    }
+    spring = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 3000.0}}
+    found = cbpt.diagnose(spring, table)
+    assert found.verdict.kind not in ("complete", "rig"), found.sentence

@@ -349,6 +349,8 @@ def _joints(compliance: float, torque: float, curved: bool) -> Iterator[Variant]
     yield _with(joint, (stiffening,), "stiffening")
     stop = _ranged("stop_torque_Nm", torque, 0.5, 0.95, (0.7,))
     yield _with(joint, (stop,), "up to a stop")
+    opening = _ranged("opening_torque_Nm", torque, 0.2, 0.8, (0.35, 0.6))
+    yield _with(joint, (opening,), "that opens")
 
 
 def _joint(compliance: float) -> Variant:

@@ -177,9 +177,11 @@ def _checked(
 def _with_what_comes_again(
     competition: Competition, verdict: Verdict, rules: DecisionRules
 ) -> Verdict:
-    """The verdict with what is left beside a name, where it comes again in repeated runs."""
+    """The verdict with what is left, where it comes again in repeated runs: beside a name, or where
+    readings that are far off count for less, as if they were loose."""
     named = set(verdict.effects) - {OFFSET} or verdict.rivals
-    if not named or competition.campaign.repeats:
+    loose = competition.fits[verdict.names].noise.inflation is not None
+    if not loose and (not named or competition.campaign.repeats):
         return verdict
     law = law_left(competition.fitter, competition.fits[verdict.names], rules.left_chance)
     return verdict if law is None else _with_remains(competition, replace(verdict, adequacy=law))

@@ -7,6 +7,7 @@ is left is large in places and follows its neighbours there, as a law does that 
 those torques or at that time. Neither test asks how noise is distributed: sizes are compared by
 their ranks (Kruskal and Wallis, J. Am. Stat. Assoc. 47 (1952) 583), and the products of neighbours
 by their signs, which are even where neighbours are independent, however much each scatters.
+Readings far off that follow one another to the same side are a law too, however few.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ Ints = NDArray[np.int64]
 
 _MOST_LEVELS = 12
 """More torques are taken together in as many parts."""
+_FAR = 4.0
+"""Standard deviations; of normal noise one reading in 16,000 is as far off."""
 
 
 def may_be_local_law(fitter: Fitter, fit: Fit, chance: float) -> bool:
@@ -40,10 +43,27 @@ def may_be_local_law(fitter: Fitter, fit: Fit, chance: float) -> bool:
     order = c.rows.order
     z = (left_by(c, fit) / sd)[order]
     follows = np.diff(c.readings.run_index[order]) == 0
+    if _far_together(_innovations(z, follows, noise.correlation), follows) < chance:
+        return True
     return _smooth(z[1:][follows] * z[:-1][follows]) < chance and any(
         _uneven(_innovations(z, follows, noise.correlation), part[order]) < chance / 2
         for part in _parts(c.readings)
     )
+
+
+def _far_together(beside: Floats, follows: NDArray[np.bool_]) -> float:
+    """Chance that as many readings far off follow one another to the same side, where any reading
+    may be far off: a sensor that ends early, or sticks, is no scatter with heavy tails. beside:
+    what each reading has beside what the one before it tells, in standard deviations."""
+    from scipy.special import gammainc
+
+    far = np.abs(beside) > _FAR
+    both = far[1:] & far[:-1] & follows
+    met = int(np.count_nonzero(both & (beside[1:] * beside[:-1] > 0)))
+    count, places, n = int(far.sum()), int(follows.sum()), len(beside)
+    expected = 0.5 * places * count * max(count - 1, 0) / (n * max(n - 1, 1))
+    # Of a Poisson variable: as many or more.
+    return float(gammainc(met, expected)) if met and expected > 0 else 1.0
 
 
 def _innovations(z: Floats, follows: NDArray[np.bool_], correlation: float) -> Floats:
