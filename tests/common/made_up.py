@@ -44,6 +44,7 @@ class MadeUpFit:
     """How many sizes of effects it has, beside `values`."""
     residual_arcsec: Floats = field(default_factory=lambda: white(396))
     offsets_arcsec: Floats = field(default_factory=lambda: np.zeros(1))
+    discrepancy_sd: float = 0.0
     predicts: float | None = None
     """Log density of readings that are kept back; else the larger, the more effects it has."""
 

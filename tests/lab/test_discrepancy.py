@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import cbpt
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, discrepancy_columns, modulations
 from cbpt.lab.selection.fit_effects import best_fit
+from common.comparisons import drive_of
 from common.simulated import plan, truth, variant_of
 
 BEARING = {
@@ -105,3 +107,28 @@ def test_an_effect_departs_by_a_share_of_what_it_shows_itself() -> None:
 
     assert departures(1e-3) > 0
     assert departures(1.0) < 0.3 * departures(1e-3)
+
+
+@pytest.mark.parametrize("seed", [7, 8])
+def test_a_departure_beyond_all_bounds_is_told_as_a_rest(seed: int) -> None:
+    """A run-out that grows with the load is an eccentricity but for the load, which a departure of
+    12 times what it may be took in: chi-squared was 5.8 a degree of freedom, and no rest told."""
+    rng = np.random.default_rng(seed)
+    n = 200
+    torque = np.tile(np.r_[np.linspace(0.5, 8, 25), np.linspace(8, 0.5, 25)], 4)
+    table = {
+        "run": np.repeat([1, 2, 3, 4], 50),
+        "time_s": np.arange(n) * 5.0,
+        "torque_Nm": torque,
+        "preload_N": np.repeat([400.0, 600.0, 800.0, 600.0], 50),
+        "input_angle_deg": np.round(rng.uniform(0, 360, n), 1),
+        "elastic_angle_arcsec": np.zeros(n),
+        "u_elastic_angle_arcsec": np.full(n, 0.08),
+    }
+    drive = drive_of("dev03")
+    model = truth(Campaign.of(drive, cbpt.read_readings(table)), {})
+    wobble = 0.2 * torque * np.sin(np.deg2rad(table["input_angle_deg"]) + 1.0)
+    table["elastic_angle_arcsec"] = model + wobble + 0.08 * rng.standard_normal(n)
+    found = cbpt.diagnose(drive, table)
+    assert found.verdict.lack_of_fit is not None, found.sentence
+    assert found.verdict.kind == "unknown" or found.verdict.probability < 0.9

@@ -4,6 +4,7 @@ Adequacy                  what is left against what readings scatter by
 adequacy_of               of a fit
 scatter_shown             what is left of a coarse display, from the steps that it shows
 law_left                  the same where what is left comes again in repeated runs
+departure_chance          whether effects depart from their forms by more than they may
 free_numbers              how many numbers a fit has
 readings_of_the_curve     how many readings it has them from
 readings_that_could_show  how many of them would have shown what is missing
@@ -98,6 +99,20 @@ def law_left(fitter: Fitter, fit: Fit, chance: float) -> Adequacy | None:
         return None
     left, _ = scatter_of(fitter, fit)
     return Adequacy(left, found.scatter_arcsec, "repeats", found.p_value, comes_again=True)
+
+
+def departure_chance(fit: Fit) -> float:
+    """Chance that an effect departs as far from its equation as this fit has it: departures that
+    are many times what they may be (`discrepancy`) are a law of their own."""
+    from scipy.special import ndtr
+
+    if not fit.discrepancy_sd:
+        return 1.0
+    first, behind = len(fit.unknowns), fit.offsets_arcsec.size
+    sizes = np.abs(fit.margin.mode[first : len(fit.margin.mode) - behind])
+    if not sizes.size:
+        return 1.0
+    return min(1.0, 2 * sizes.size * float(ndtr(-sizes.max())))
 
 
 def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:

@@ -31,6 +31,7 @@ from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
 from cbpt.lab.selection.adequacy import (
     Adequacy,
     adequacy_of,
+    departure_chance,
     free_numbers,
     law_left,
     readings_of_the_curve,
@@ -152,6 +153,8 @@ def _checked(
         if adequacy.source == "stated":
             return _undecided(competition, posterior, "scatter or law", rules)
         verdict = _with_remains(competition, verdict)
+    if verdict.lack_of_fit is None and departure_chance(fit) < rules.left_chance:
+        verdict = _with_remains(competition, verdict, exact=True)
     verdict = _with_what_comes_again(competition, verdict, rules)
     nothing = not (set(verdict.effects) - {OFFSET} or verdict.rivals or verdict.lack_of_fit)
     if (
@@ -209,9 +212,10 @@ def _undecided(
     )
 
 
-def _with_remains(competition: Competition, verdict: Verdict) -> Verdict:
-    """The verdict with what is left without a name; alone that is the answer."""
-    lack = competition.lack_on(verdict.names)
+def _with_remains(competition: Competition, verdict: Verdict, exact: bool = False) -> Verdict:
+    """The verdict with what is left without a name; alone that is the answer. exact: beside effects
+    that keep their equations."""
+    lack = competition.lack_on(verdict.names, exact)
     if lack is None:
         return verdict
     if verdict.effects or verdict.rivals:

@@ -89,13 +89,15 @@ class Competition:
     families: Sequence[Component] = field(default=(), repr=False)
     """Patterns that a lack of fit is looked for with."""
 
-    def lack_on(self, names: Names) -> LackOfFit | None:
-        """What a set of effects leaves without a name, whether it stands out or not."""
-        of_set = [lack for lack in self.lacks_of_fit if lack.base == names]
+    def lack_on(self, names: Names, exact: bool = False) -> LackOfFit | None:
+        """What a set of effects leaves without a name, whether it stands out or not. exact: its
+        effects do not depart from their equations."""
+        of_set = [lack for lack in self.lacks_of_fit if lack.base == names and not exact]
         if not of_set and self.families:
-            rest = lacks_of_fit_on(
-                self.fitter, self.fits[names], self.families, self.flexible, least=-np.inf
-            )
+            fit = self.fits[names]
+            if exact:
+                fit = self.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise)
+            rest = lacks_of_fit_on(self.fitter, fit, self.families, self.flexible, least=-np.inf)
             of_set = sorted(rest, key=lambda lack: -lack.log_evidence)
         return next(iter(of_set or self.lacks_of_fit), None)
 
