@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import cbpt
+from cbpt.lab.change.designs import note_on_rates, unlike_design
 from cbpt.lab.change.noise import noise_change
-from cbpt.lab.change.rates import note_on_rates
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.readings.readings import Readings
 
@@ -56,3 +56,27 @@ def test_the_rates_of_ramps_to_like_torques_are_compared() -> None:
     assert not list(note_on_rates([ramps(4, 1, 80.0), ramps(1, 3, 80.0)]))
     [note] = note_on_rates([ramps(4, 1, 80.0), ramps(1, 3, 20.0)])
     assert note.startswith("the torque changes at 1.48 to 5.92 N m/s from level to level")
+
+
+def turned(angles: list[float]) -> Readings:
+    n = 20
+    data = {
+        "run": np.repeat(np.arange(len(angles)), n),
+        "torque_Nm": np.tile(np.linspace(0.0, 5.0, n), len(angles)),
+        "input_angle_deg": np.repeat(angles, n),
+        "elastic_angle_arcsec": np.zeros(n * len(angles)),
+    }
+    return cbpt.read_readings(data, need_preload=False)
+
+
+def test_levels_at_a_few_other_angles_or_rates_were_not_measured_alike() -> None:
+    few, other = turned([10.0, 130.0, 250.0]), turned([60.0, 190.0, 310.0])
+    assert "no input angle in common" in unlike_design([few, other])
+    assert not unlike_design([few, turned([60.0, 130.0])]) and not unlike_design([few, few])
+    # Of many angles each level shows by itself what depends on them.
+    many = [turned(list(np.arange(8.0) * 45 + first)) for first in (0.0, 20.0)]
+    assert not unlike_design(many)
+    # A whole turn later is the same place.
+    assert not unlike_design([few, turned([370.0])])
+    assert "measure all levels at one rate" in unlike_design([ramps(4, 1, 80.0), ramps(1, 3, 20.0)])
+    assert not unlike_design([ramps(4, 1, 80.0), ramps(1, 3, 80.0)])

@@ -228,6 +228,8 @@ def test_a_late_sensor_at_another_rate_is_no_certain_change_of_friction() -> Non
         c.effect for c in unlike.changed if not c.rivals
     }, unlike.sentence
     assert any("Measure all levels at one rate" in note for note in unlike.notes)
+    # A stiff rubber foot at a fifth of the rate had a friction that was new, for certain.
+    assert unlike.kind != "changed"
     alike = found(late(1.0, 1), late(1.0, 2))
     assert alike.kind == "nothing", alike.sentence
     assert not any("at one rate" in note for note in alike.notes)

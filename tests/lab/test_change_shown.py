@@ -68,7 +68,10 @@ def test_a_play_that_a_level_cannot_show_is_not_unchanged(turned: bool) -> None:
 
 
 def test_what_a_level_cannot_show_is_told_beside_a_change() -> None:
-    answer = found(level(BOTH_WAYS, 150.0), level(ONE_WAY, 150.0, 1.6, seed=2))
+    after = level(ONE_WAY, 150.0, 1.6, seed=2)
+    # Half the steps in half the time each: at another rate nothing could be told.
+    at_one_rate = after | {"time_s": 0.5 * after["time_s"]}
+    answer = found(level(BOTH_WAYS, 150.0), at_one_rate)
     assert answer.kind == "changed" and {c.effect for c in answer.changed} == {FRICTION}
     assert "Whether backlash changed cannot be told" in answer.sentence
 

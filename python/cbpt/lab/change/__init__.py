@@ -9,6 +9,7 @@ rest         what the fitted effects leave, and which changes are too small besi
 reproducibility  what a new set-up changes by itself, stated or from repeated set-ups
 parameters   the numbers that changed, and those that did not
 posterior    which numbers changed, from the evidence of the choices
+designs      whether levels were loaded alike
 noise        whether the scatter changed
 progress     tells how far the work is
 """

@@ -21,6 +21,7 @@ from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError, ReadingsError
 from cbpt.lab.change.answer import Change
 from cbpt.lab.change.demanded import demanded, not_of_all, support_of
+from cbpt.lab.change.designs import note_on_rates, unlike_design
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
@@ -28,7 +29,6 @@ from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, 
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, untold
-from cbpt.lab.change.rates import note_on_rates
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
     counted_once,
@@ -485,8 +485,9 @@ def _answer(
         kind = "nothing"
     changed = changed_of(weighed, rest.is_law) if kind == "changed" else []
     changed, hidden = _told(weighed, changed, rest)
-    if kind == "changed" and hidden and not changed:
-        kind = "undecided"
+    unlike = unlike_design(list(parts.values())) if kind == "changed" else ""
+    if kind == "changed" and (unlike or (hidden and not changed)):
+        kind, changed = "undecided", []
     held = held_of(weighed) if kind != "undecided" else []
     # What the effects do not follow may hide a change of any number, or take its place.
     told = unchanged_of(weighed, held) if not rest.not_followed_arcsec else []
@@ -523,4 +524,5 @@ def _answer(
         not_shown=not_shown,
         odd_level=odd_level,
         rests_differ_arcsec=differs,
+        unlike_design=unlike,
     )

@@ -145,6 +145,8 @@ class ChangeData:
     """By how much what the effects leave differs from level to level in runs with the same torques,
     where they follow no change and it is another law there; None where they do, where it is much
     alike, or where the rig is stated or measured not to come back to its state."""
+    unlike_design: str = ""
+    """What else than a change may make the levels differ by how they were measured, in words."""
     notes: tuple[str, ...] = ()
     reproducibility_arcsec: float | None = None
     """By which the rig differs when it is set up again; None where nothing was stated."""

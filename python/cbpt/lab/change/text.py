@@ -49,8 +49,8 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
         remedy = " Name other effects to fit." if left else ""
         return "What changed cannot be told.", (
             f" By the fitted effects {listed(found.weighed.likely, 'or')} changed{by}."
-            f"{_runs(found)}{_still(found)}{left}{_loops_differ(found, angle)}{remedy}"
-            f"{_by_itself(found, angle)}{noise}"
+            f"{found.unlike_design}{_runs(found)}{_still(found)}{left}"
+            f"{_loops_differ(found, angle)}{remedy}{_by_itself(found, angle)}{noise}"
         )
     if found.kind == "undecided":
         loops = _loops_differ(found, angle)
