@@ -370,3 +370,30 @@ def test_every_figure_is_drawn_where_it_is_read_off(monkeypatch: pytest.MonkeyPa
     assert np.diff(of["torsional"][:, 1])[0] == pytest.approx(60 * half / rigidity)
     assert np.all(of["backlash"][:, 0] == 0)
     assert np.ptp(of["backlash"][:, 1]) == pytest.approx(found.figure("backlash").value)
+
+
+def test_two_loops_that_agree_by_chance_are_no_better_than_their_readings() -> None:
+    """u of the hysteresis loss from two loops has one degree of freedom: it was down to an eighth
+    of what the stated u of the four readings allows, and the loss 10 u off."""
+    up = np.linspace(0.0, 20.0, 41)
+    loop = np.concatenate([up, up[-2::-1], -up[1:], -up[-2::-1], up[1:]])
+    torque = np.tile(loop, 2)
+    carried = np.clip(0.0, torque - 1.0, torque + 1.0)
+    held = 0.0
+    for i, at in enumerate(torque):
+        held = min(max(held, at - 1.0), at + 1.0)
+        carried[i] = held
+    least = []
+    for seed in range(12):
+        noise = np.random.default_rng([17, seed]).standard_normal(len(torque))
+        table = {
+            "run": np.repeat([1, 2], len(loop)),
+            "torque_Nm": torque,
+            "elastic_angle_arcsec": 10.0 * carried + noise,
+            "u_elastic_angle_arcsec": np.ones(len(torque)),
+        }
+        loss = cbpt.characterise(SPRING, table).figure("hysteresis_loss")
+        assert loss.u is not None
+        least.append(loss.u)
+    # Two widths, each of two readings or more by their neighbours.
+    assert min(least) > 0.5

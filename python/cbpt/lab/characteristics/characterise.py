@@ -233,12 +233,14 @@ def _of_readings(
     u = part.u_elastic_angle_arcsec
     scatter = _scatter(used) if u is None else float(np.median(u))
     scatter = float(np.hypot(scatter, display_step(part.elastic_angle_arcsec) / 12**0.5))
-    sources = Sources(scatter, gains.get("torque_scale", 0.0), gains.get("sensor_gain", 0.0))
+    sources = Sources(
+        scatter, gains.get("torque_scale", 0.0), gains.get("sensor_gain", 0.0), u is not None
+    )
     found = estimated(used, convention, sources)
+    source = "the stated u of a reading" if u is not None else "the scatter along the branches"
     if found.loops > 1:
-        source = f"the spread over {found.loops} loops"
-    else:
-        source = "the stated u of a reading" if u is not None else "the scatter along the branches"
+        beside = f", {source}" if u is not None else ""
+        source = f"the spread over {found.loops} loops{beside}"
     rests = (
         f"{found.loops} loop{'s' * (found.loops > 1)} to {rounded(used.amplitude_Nm)} N m",
         source,

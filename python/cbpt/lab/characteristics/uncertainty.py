@@ -5,8 +5,9 @@
     Estimates   the figures of some loops: values and the parts of their uncertainty
     estimated   makes them
 
-Type A is the standard deviation of the mean over loops (repeats and runs); a single loop is read
-off again with the scatter of its readings added (JCGM 101, Monte Carlo). Type B is what a standard
+Type A is the standard deviation of the mean over loops (repeats and runs), and no less than what
+the stated uncertainty of the readings makes of it: the loops are read off again with it added (JCGM
+101, Monte Carlo), as a single loop is with the scatter along it. Type B is what a standard
 uncertainty of a gain does to the figure: readings of torque are scaled and the figures read off
 again; the angle scales them directly. It is also what the curve may be between two readings: the
 first loop is read off again with what lies between them drawn from where it may lie. And it is what
@@ -83,9 +84,11 @@ class Sources:
     """Standard uncertainties behind readings."""
 
     scatter_arcsec: float = 0.0
-    """Of one reading, where no repeats tell it."""
+    """Of one reading."""
     torque_gain_rel: float = 0.0
     sensor_gain_rel: float = 0.0
+    stated: bool = False
+    """Whether the scatter is; along the branches of a loop its bends are a part of it."""
 
 
 @dataclass(frozen=True)
@@ -140,10 +143,13 @@ def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estim
     """The figures of some loops."""
     table = _Table.of(loops, convention)
     value = table.bounded()
-    if table.repeated:
-        type_a = table.jackknife()
-    else:
+    type_a = dict.fromkeys(NAMES, 0.0)
+    if sources.stated or not table.repeated:
         type_a = _drawn(loops, convention, sources.scatter_arcsec)
+    if table.repeated:
+        # Two loops may agree by chance: no figure is better than its readings.
+        spread = table.jackknife()
+        type_a = {name: max(spread[name], type_a[name]) for name in NAMES}
     read = table.figures()
     shifted = _Table.of(
         loops.changed(partial(Loop.scaled, torque=1 - _LIMITS.step)), convention
