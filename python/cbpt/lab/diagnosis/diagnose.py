@@ -33,6 +33,7 @@ from cbpt.lab.diagnosis.fit_text import (
     moved_by,
     solutions,
 )
+from cbpt.lab.diagnosis.held_angle import held_angle
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.preflight_units import input_side
 from cbpt.lab.diagnosis.ramped_torque import ramped_torque
@@ -252,6 +253,8 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "--by preload_step (diagnose_by) diagnoses each step separately, and cbpt change --by "
             "preload_step (change) says what differs between them"
         )
+    campaign, told = held_angle(campaign)
+    notes += told
     n = len(campaign)
     if n > MOST:
         campaign = campaign.select(campaign.rows.thinned(MOST))
