@@ -21,6 +21,8 @@ def lines(found: CharacteristicsData, angle_unit: str) -> Iterator[str]:
     """The whole answer."""
     if found.source:
         yield f"{len(found.source)} readings of {found.source.source}"
+        # How columns were read; what else is noted is of effects, and none is looked for here.
+        yield from (f"Note: {n}" for n in map(str, found.source.notes) if n.startswith("read "))
     rated = rounded(found.convention.rated_torque_Nm, 4)
     yield f"Rated torque {rated} N m, {found.rated_torque_from}."
     everywhere = _of_every_setting(found)

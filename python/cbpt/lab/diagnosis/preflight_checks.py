@@ -120,7 +120,12 @@ def _steps(loops: list[Loop]) -> Iterator[Check]:
     if not loops:
         return
     window = _LIMITS.window * max(loop.amplitude_Nm for loop in loops)
-    largest = step_near_zero_Nm([branch for loop in loops for branch in loop.branches], window)
+    branches = [branch for loop in loops for branch in loop.branches]
+    largest = step_near_zero_Nm(branches, window)
+    if not largest:
+        words = "no readings come near zero torque, where lost motion is read off"
+        yield Check("steps of the torque", "look", words, "Begin and end each loop at zero torque.")
+        return
     words = (
         f"steps of {rounded(largest)} N m near zero, window of lost motion {rounded(window)} N m"
     )
@@ -185,7 +190,7 @@ def _closed(loops: list[Loop]) -> Check:
 
 def _zeros(r: Readings, case: Case | Drive | None) -> Check:
     """The first reading near zero torque of each run against those of the others."""
-    near = np.abs(r.torque_Nm) <= 0.1 * float(np.abs(r.torque_Nm).max())
+    near = np.abs(r.torque_Nm) <= _LIMITS.window * float(np.abs(r.torque_Nm).max())
     runs = [np.flatnonzero(near & (r.run_index == k)) for k in range(int(r.run_index.max()) + 1)]
     firsts = np.array([r.elastic_angle_arcsec[rows[0]] for rows in runs if len(rows)])
     if len(firsts) < 2:
