@@ -41,6 +41,8 @@ class _Told:
     """Share of the difference in chi-squared that the groups named in the sentence make up."""
     apart: float = 0.6
     """Share of the readings that lies outside these groups at least."""
+    worse: float = 1.5
+    """Times the held-out error of the answer from which that of a rival is told."""
 
 
 _TOLD = _Told()
@@ -237,6 +239,12 @@ def sentence(d: DiagnosisData, why: Why, angle: AngleUnit = ARCSEC) -> str:
             f"Its held-out error is lower ({own} against {best} {angle.symbol}): that speaks for "
             "it, and these odds do not count it."
         )
+    elif why.held_out and why.held_out[0] > _TOLD.worse * why.held_out[1]:
+        own, best = (angle.number(v) for v in why.held_out)
+        told.append(
+            f"Readings that were kept back it predicts worse ({own} against {best} "
+            f"{angle.symbol}): that speaks against it, and these odds do not count it."
+        )
     if why.run:
         count = why.run["runs"]
         many = "this run" if count < 2 else f"about {count} runs of this kind"
@@ -288,16 +296,16 @@ def _misfit(why: Why) -> str:
         return f"It fits better by {size}{where}; {price or 'but not enough'}."
     if other < -1:
         price = (
-            "larger noise and departures from the equations, which the model allows for, make up "
-            f"for {_weight(-other)} of that"
+            "larger noise and departures from the equations, which the model allows for, make it "
+            f"more probable by {_weight(-other)}"
         )
     return f"It fits worse by {size}{where}{f'; {price}' if price else ''}."
 
 
 def _weight(log_odds: float) -> str:
-    """Log odds as evidence and as odds: 7.5 units of log evidence (about 1800 : 1)."""
-    odds = f"about {rounded(np.exp(log_odds), 2)}" if log_odds < np.log(1e6) else "over a million"
-    return f"{rounded(log_odds, 2)} units of log evidence ({odds} : 1)"
+    """What belongs to the price, as odds: about 1800 : 1."""
+    known = log_odds < np.log(1e6)
+    return f"about {rounded(np.exp(log_odds), 2)} : 1" if known else "over a million : 1"
 
 
 def _places(groups: tuple[Group, ...]) -> str:
