@@ -465,6 +465,14 @@ def _told(
     return told, hidden - {c.effect for c in told}
 
 
+def _most_left(answers: Sequence[Diagnosis], rmse_arcsec: Sequence[float]) -> dict[str, Any] | None:
+    """The rest of the level where most is left; none of a level is one that the effects of all
+    levels follow."""
+    of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
+    remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
+    return max(remains, key=lambda left: left["rms_arcsec"], default=None)
+
+
 def _answer(
     parts: Mapping[str, Readings],
     weighed: Weighed,
@@ -497,16 +505,13 @@ def _answer(
     differs = rest.differs_arcsec if kind == "nothing" else None
     if kind == "nothing" and (not_shown or odd_level or differs):
         kind = "undecided"
-    # No rest of a level is one that the effects of all levels follow.
-    of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
-    remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return Change(
         kind=kind,
         changed=tuple(changed),
         unchanged=() if odd_level else tuple(told),
         probability=1 - something if kind == "nothing" else something,
         noise=noise,
-        remains=max(remains, key=lambda left: left["rms_arcsec"], default=None),
+        remains=_most_left(answers, rmse_arcsec),
         levels=tuple(names),
         readings=tuple(parts.values()),
         rmse_arcsec=rmse_arcsec,
