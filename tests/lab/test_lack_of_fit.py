@@ -384,3 +384,5 @@ def test_a_crack_at_a_moment_has_no_name(seed: int) -> None:
     table["elastic_angle_arcsec"] = truth(campaign, {}) + crack + noise
     found = diagnose(drive, table)
     assert found.verdict.kind == "unknown" and not found.verdict.effects
+    # Nothing before it began, and no remainder of rounding.
+    assert "e-1" not in " ".join(found.to_dict()["unknown"]["shape"])

@@ -141,6 +141,8 @@ def shape_of(d: DiagnosisData, angle: AngleUnit = ARCSEC) -> list[str]:
     lack_of_fit = d.verdict.lack_of_fit
     assert lack_of_fit is not None
     f = lack_of_fit.fitted_arcsec * angle.per_arcsec
+    # Before something began there is nothing, but for what is left of a mean.
+    f = np.where(np.abs(f) < 1e-9 * np.abs(f).max(initial=0.0), 0.0, f)
     return list(_shape(d, list(lack_of_fit.columns), f))[: _SHOWN.most_lines]
 
 
