@@ -6,6 +6,8 @@ Groups: patterns; families in a residual; loose readings.
 from __future__ import annotations
 
 from functools import cache
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from hypothesis import strategies as st
 from cbpt import diagnose, read_readings
 from cbpt.lab.covariance.linear_gaussian import Noise, Whitener
 from cbpt.lab.covariance.outliers import inflation_of
-from cbpt.lab.diagnosis.unexplained import measure_next
+from cbpt.lab.diagnosis.unexplained import measure_next, shape_of
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
@@ -384,5 +386,13 @@ def test_a_crack_at_a_moment_has_no_name(seed: int) -> None:
     table["elastic_angle_arcsec"] = truth(campaign, {}) + crack + noise
     found = diagnose(drive, table)
     assert found.verdict.kind == "unknown" and not found.verdict.effects
-    # Nothing before it began, and no remainder of rounding.
-    assert "e-1" not in " ".join(found.to_dict()["unknown"]["shape"])
+
+
+def test_the_shape_of_what_began_is_nothing_before_it() -> None:
+    """It was told as -2.76e-18, what is left of a mean."""
+    readings = read_readings(columns_of("dev07"))
+    begun = np.where(np.arange(len(readings)) > 0.5 * len(readings), 0.8, -2.76e-18)
+    left = SimpleNamespace(fitted_arcsec=begun, columns=("time_s",))
+    d = SimpleNamespace(verdict=SimpleNamespace(lack_of_fit=left), readings=readings)
+    [line] = shape_of(cast(Any, d))
+    assert line.startswith("0 at 0 to ") and "+0.8 at" in line and "e-1" not in line
