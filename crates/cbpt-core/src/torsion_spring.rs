@@ -2,7 +2,8 @@
 //!
 //! The curve is a cubic of Hermite's form between the points, its slopes those of Fritsch and Carlson (SIAM J. Numer. Anal.
 //! 17, 1980) with Brodlie's weighted harmonic mean, at the ends that of the parabola through three points: it is as
-//! monotone as the points, and its own slope is continuous. Beyond the table it goes on straight, which the status says. A table from torque 0 at angle 0 on holds both ways.
+//! monotone as the points, and its own slope is continuous. Beyond the table it goes on straight, which the status says.
+//! A table from torque 0 at angle 0 on holds both ways.
 
 use crate::error::{InvalidInput, require, require_positive};
 use crate::status::Status;

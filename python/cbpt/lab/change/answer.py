@@ -49,7 +49,7 @@ class Change(Reported, ChangeData):
             "unchanged": [asdict(u) for u in self.unchanged],
             "odd_level": self._odd_level(),
             "rests_differ_arcsec": self.rests_differ_arcsec,
-            "unlike_design": self.unlike_design.strip() or None,
+            "unlike_design": self.unlike_design or None,
             "not_shown": {effect: list(levels) for effect, levels in self.not_shown.items()},
             "by_itself": [_plain(b) for b in self.by_itself],
             "noise": self.noise.to_dict(),

@@ -41,8 +41,8 @@ def unlike_design(tables: Sequence[Readings]) -> str:
     slow, fast = _rates_of_like_runs(tables)
     if fast > RATES * slow:
         return (
-            f" But the levels were loaded at {rounded(slow)} to {rounded(fast)} N m/s, and a law "
-            "that depends on the rate would look like this: measure all levels at one rate."
+            f"the levels were loaded at {rounded(slow)} to {rounded(fast)} N m/s, and a law that "
+            "depends on the rate would look like this: measure all levels at one rate"
         )
     angles = [set(np.round(np.mod(r.input_angle_deg, 360.0)).tolist()) for r in tables]
     few = any(
@@ -51,8 +51,8 @@ def unlike_design(tables: Sequence[Readings]) -> str:
     )
     if few:
         return (
-            " But the levels have no input angle in common, and a law that depends on it would "
-            "look like this: measure all levels at the same input angles."
+            "the levels have no input angle in common, and a law that depends on it would look "
+            "like this: measure all levels at the same input angles"
         )
     return ""
 

@@ -47,9 +47,10 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
         left = _rest(found, angle)
         left = f"{left} That may look like such a change." if left else ""
         remedy = " Name other effects to fit." if left else ""
+        unlike = f" But {found.unlike_design}." if found.unlike_design else ""
         return "What changed cannot be told.", (
             f" By the fitted effects {listed(found.weighed.likely, 'or')} changed{by}."
-            f"{found.unlike_design}{_runs(found)}{_still(found)}{left}"
+            f"{unlike}{_runs(found)}{_still(found)}{left}"
             f"{_loops_differ(found, angle)}{remedy}{_by_itself(found, angle)}{noise}"
         )
     if found.kind == "undecided":

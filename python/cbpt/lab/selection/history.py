@@ -34,17 +34,19 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_SAID = 'of the fit says so to cbpt compare: friction_between_runs = "{}" under [measurement]'
+_RELEASED, _CARRIED = (
+    f'The case of the fit says so to cbpt compare: friction_between_runs = "{word}" under '
+    "[measurement]"
+    for word in ("released", "carried")
+)
 _NOTES = {
     "released": "runs begin where the ones before them ended, but the readings show friction that "
-    f"starts anew at each run: it faded or was released in between. The case {_SAID}".format(
-        "released"
-    ),
+    f"starts anew at each run: it faded or was released in between. {_RELEASED}",
     "carried": "the readings show friction that goes on from run to run, though time_s does not. "
-    f"The case {_SAID}".format("carried"),
+    f"{_CARRIED}",
     "repeated": "the readings show that the first loops begin with friction of loops before them, "
     "which were not measured: they are fitted as if the same loop had been run before. "
-    f"The case {_SAID}".format("carried"),
+    f"{_CARRIED}",
 }
 
 
