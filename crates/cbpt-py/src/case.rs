@@ -141,26 +141,19 @@ impl Case {
     /// (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
     #[getter]
     fn friction_between_runs(&self) -> &'static str {
-        match self.case.measurement.friction_between_runs {
-            BetweenRuns::ByClock => "by_clock",
-            BetweenRuns::Released => "released",
-            BetweenRuns::Carried => "carried",
-        }
+        let own = self.case.measurement.friction_between_runs;
+        BetweenRuns::WORDS.iter().find(|(_, between)| *between == own).map_or("", |(word, _)| word)
     }
 
     /// The case with another ``friction_between_runs``. Raises ``InvalidInputError`` for any other word.
     fn with_friction_between_runs(&self, py: Python<'_>, word: &str) -> PyResult<Self> {
-        let between = match word {
-            "by_clock" => BetweenRuns::ByClock,
-            "released" => BetweenRuns::Released,
-            "carried" => BetweenRuns::Carried,
-            _ => {
-                let rule = "is none of by_clock, released, carried";
-                return Err(invalid_input(py, &InvalidInput::new("friction_between_runs", word, rule)));
-            }
+        let found = BetweenRuns::WORDS.iter().find(|(known, _)| *known == word);
+        let Some((_, between)) = found else {
+            let rule = format!("is none of {}", BetweenRuns::WORDS.map(|(known, _)| known).join(", "));
+            return Err(invalid_input(py, &InvalidInput::new("friction_between_runs", word, rule)));
         };
         let mut case = self.case.clone();
-        case.measurement.friction_between_runs = between;
+        case.measurement.friction_between_runs = *between;
         Ok(Self { case })
     }
 

@@ -111,11 +111,6 @@ const FORMS: [(&str, CrossSlideForm); 2] =
     [("balanced", CrossSlideForm::Balanced), ("paper", CrossSlideForm::Paper)];
 const SHARES: [(&str, CrossSlideShare); 2] =
     [("carried", CrossSlideShare::Carried), ("paper", CrossSlideShare::Paper)];
-const BETWEEN_RUNS: [(&str, BetweenRuns); 3] = [
-    ("by_clock", BetweenRuns::ByClock),
-    ("released", BetweenRuns::Released),
-    ("carried", BetweenRuns::Carried),
-];
 const ZEROS: [(&str, Zero); 2] = [("common", Zero::Common), ("per_run", Zero::PerRun)];
 
 /// The case without its effects. The mechanics check its numbers and name the first that cannot be.
@@ -126,7 +121,7 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
         measurement: Measurement {
             zero: values.choice("measurement.zero", &ZEROS)?,
             lever_arm_m: values.real("measurement.lever_arm_m"),
-            friction_between_runs: values.choice("measurement.friction_between_runs", &BETWEEN_RUNS)?,
+            friction_between_runs: values.choice("measurement.friction_between_runs", &BetweenRuns::WORDS)?,
         },
         rating: Rating { rated_torque_Nm: values.real("rating.rated_torque_Nm") },
         friction: Friction {
@@ -279,7 +274,7 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_some("load.input_angle_rad", case.load.input_angle_rad);
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     let between = case.measurement.friction_between_runs;
-    values.set_word("measurement.friction_between_runs", between, &BETWEEN_RUNS);
+    values.set_word("measurement.friction_between_runs", between, &BetweenRuns::WORDS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
     values.set_some("rating.rated_torque_Nm", case.rating.rated_torque_Nm);
     values.set_real("friction.coefficient", case.friction.coefficient);

@@ -185,6 +185,12 @@ pub enum BetweenRuns {
     Carried,
 }
 
+impl BetweenRuns {
+    /// Each with its word in a case.
+    pub const WORDS: [(&str, Self); 3] =
+        [("by_clock", Self::ByClock), ("released", Self::Released), ("carried", Self::Carried)];
+}
+
 /// `[uncertainty]`: standard uncertainties (k = 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
