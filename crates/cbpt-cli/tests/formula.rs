@@ -85,7 +85,7 @@ fn a_formula_is_the_effect_of_the_library_that_it_says() {
         ),
     ];
     for (id, text, adds_to, parameters) in cases {
-        let mut values = vec![1e-3, 4e-5, 0.0, 0.0];
+        let mut values = vec![1e-3, 4e-5, 0.0, 0.0, 1.0];
         values.extend(parameters.iter().map(|(_, start)| *start));
         let wanted: Vec<usize> = (0..values.len()).collect();
         let with =
@@ -123,7 +123,7 @@ fn slopes_are_exact_along_the_whole_chain() {
             own(AddsTo::Reading, "g * sqrt(abs(alpha_rad)) * cos(time_s / h)", &[("g", 1e-4), ("h", 30.0)]),
         ]
     };
-    let values = [1.1, 1e-3, 4e-5, 0.05, 0.01, 1e-3, 5.0, 1e-5, 2.0, 1e-6, 0.05, 1e-4, 30.0];
+    let values = [1.1, 1e-3, 4e-5, 0.05, 0.01, 0.8, 1e-3, 5.0, 1e-5, 2.0, 1e-6, 0.05, 1e-4, 30.0];
     let wanted: Vec<usize> = (0..values.len()).collect();
     let found = predicted(effects(), &values, &wanted);
     for (place, value) in values.iter().enumerate() {

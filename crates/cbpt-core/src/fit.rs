@@ -324,7 +324,7 @@ mod tests {
     fn the_numbers_behind_readings_are_found() {
         for (effects, start, truth) in [
             (vec!["contact_stiffness"], vec![1.0], vec![1.3]),
-            (vec!["friction_hysteresis"], vec![1e-4, 5e-5, 0.0, 0.0], vec![4e-4, 2.2e-5, 0.0, 0.0]),
+            (vec!["friction_hysteresis"], vec![1e-4, 5e-5, 0.0, 0.0, 1.0], vec![4e-4, 2.2e-5, 0.0, 0.0, 1.0]),
         ] {
             let mut model = predictor(&effects);
             let free: Vec<usize> = (0..truth.len()).filter(|&k| truth[k] != 0.0).collect();

@@ -215,6 +215,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "zero_drift") => 6e-3,
         (_, "engagement_angle" | "slip_angle") => 2e-3,
         (_, "load_share") => 0.09,
+        (_, "build_up_exponent") => 0.7,
         (_, "breakaway_share") => 0.4,
         (_, "weakening_ratio") => 4.5,
         (_, "permanent_set" | "permanent_set_of_run" | "settled" | "warm_up") => 3e-4,

@@ -57,6 +57,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         torque_Nm: torque_Nm * of,
         load_share: Dual::constant(0.0),
         engagement_angle_rad,
+        exponent: Dual::constant(1.0),
         helps,
     };
     load.friction.push(part(share + 1.0, engagement_rad, false));
@@ -73,7 +74,7 @@ mod tests {
     /// The torque on a way, from rest or from a rotation that has gone on the other way for long; 2 N m at last.
     fn torque_Nm(way_rad: f64, before: f64) -> f64 {
         let load = load(&SPEC, &[1e-3, RAD, 1.4, 0.75, 4.0]);
-        let law = |part: &Friction| (part.law)(before, way_rad, part.engagement_angle_rad.value).0;
+        let law = |part: &Friction| part.after(before, way_rad).0;
         load.friction.iter().map(|part| part.limit_Nm(&load).value * law(part)).sum()
     }
 

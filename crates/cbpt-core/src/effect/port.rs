@@ -59,9 +59,9 @@ pub struct Load {
     pub friction: Vec<Friction>,
 }
 
-/// A friction torque after a rotation, as a share of its limit, from that before it, the rotation (rad) and the angle over which
-/// it builds up (rad); and its derivatives by the rotation, by the share before and by that angle.
-pub type FrictionLaw = fn(f64, f64, f64) -> (f64, [f64; 3]);
+/// A friction torque after a rotation, as a share of its limit, from that before it, the rotation (rad), the angle over which
+/// it builds up (rad) and the exponent of its law; and its derivatives by these four.
+pub type FrictionLaw = fn(f64, f64, f64, f64) -> (f64, [f64; 4]);
 
 /// A friction torque with memory.
 #[derive(Debug, Clone, Copy)]
@@ -76,11 +76,18 @@ pub struct Friction {
     pub load_share: Dual,
     /// Angle over which it builds up, rad.
     pub engagement_angle_rad: Dual,
+    /// Exponent of its law, where that has one.
+    pub exponent: Dual,
     /// Whether it helps the rotation on: a part that weakens another friction.
     pub helps: bool,
 }
 
 impl Friction {
+    /// Its share of the limit after a rotation, rad, from that before it, and the derivatives of its law.
+    pub fn after(&self, before: f64, way_rad: f64) -> (f64, [f64; 4]) {
+        (self.law)(before, way_rad, self.engagement_angle_rad.value, self.exponent.value)
+    }
+
     /// Largest friction torque under a load, N m; negative where it helps.
     pub fn limit_Nm(&self, load: &Load) -> Dual {
         let limit = self.radius_m * load.preload_N + self.torque_Nm + self.load_share * load.torque_Nm.abs();

@@ -47,6 +47,7 @@ fn act(own: &[Dual], row: &Row, load: &mut Load) {
         law: without_memory,
         radius_m: none,
         engagement_angle_rad: Dual::constant(1.0),
+        exponent: Dual::constant(1.0),
         torque_Nm: none,
         load_share: none,
         helps: false,
@@ -64,9 +65,9 @@ fn act(own: &[Dual], row: &Row, load: &mut Load) {
 }
 
 /// Dahl's law from no torque: 1 - exp(-|w|/w0), as a way over a time is a rate.
-fn without_memory(_: f64, way_rad: f64, engagement_angle_rad: f64) -> (f64, [f64; 3]) {
-    let (share, [by_way, _, by_angle]) = dahl(0.0, way_rad, engagement_angle_rad);
-    (share, [by_way, 0.0, by_angle])
+fn without_memory(_: f64, way_rad: f64, engagement_angle_rad: f64, exponent: f64) -> (f64, [f64; 4]) {
+    let (share, [by_way, _, by_angle, _]) = dahl(0.0, way_rad, engagement_angle_rad, exponent);
+    (share, [by_way, 0.0, by_angle, 0.0])
 }
 
 #[cfg(test)]
@@ -87,7 +88,7 @@ mod tests {
         act(&[1e-3, 2e-5, 1.5].map(Dual::constant), &Row { step_time_s, rate_share, ..ROW }, &mut load);
         let friction = load.friction[0];
         let way = rate_rad_per_s * step_time_s;
-        friction.limit_Nm(&load).value * (friction.law)(0.7, way, friction.engagement_angle_rad.value).0
+        friction.limit_Nm(&load).value * friction.after(0.7, way).0
     }
 
     /// 2 N m at most; at the rate w0 ln 2 half of it, however the reading is timed.

@@ -6,7 +6,7 @@
 //! a run starts unloaded, M0 = 0, z = 0, unless it goes on from the one before it (`rows`). Sensitivities follow by the
 //! implicit function theorem: with a = dalpha/dm and a dot for a derivative at m held,
 //!
-//!   dm (1 + a sum L z_A) = dM0 - sum [z dL + L (z_A (dA' - dA_before) + z_before dz_before + z_p dalpha_p)],
+//!   dm (1 + a sum L z_A) = dM0 - sum [z dL + L (z_A (dA' - dA_before) + z_before dz_before + z_p dp)],
 //!
 //! dA' = dalpha' + dseries.
 //!
@@ -50,12 +50,12 @@ pub fn with_torque(at_torque: Dual, per_torque: f64, load: &Load, memory: &mut M
     // Each friction: its state now, and its derivatives by the way and by what it was.
     let mut after = Vec::with_capacity(memory.states.len());
     for (before, friction) in memory.states.iter().zip(&load.friction) {
-        let angle = friction.engagement_angle_rad;
         let limit = friction.limit_Nm(load);
-        let (z, [by_way, by_before, by_angle]) = (friction.law)(before.value, way, angle.value);
+        let (z, [by_way, by_before, by_angle, by_exponent]) = friction.after(before.value, way);
         let mut state = Dual::constant(z);
         state.add_slope(by_before, before);
-        state.add_slope(by_angle, &angle);
+        state.add_slope(by_angle, &friction.engagement_angle_rad);
+        state.add_slope(by_exponent, &friction.exponent);
         state.add_slope(-by_way, &memory.angle_rad);
         let mut held = state;
         held.add_slope(by_way, &at_torque);
@@ -182,7 +182,7 @@ impl Held<'_> {
         let way = self.way_rad(mesh);
         let (mut unbalanced_Nm, mut slope) = (m - (self.load.torque_Nm.value + help_Nm), 1.0);
         for (z, friction) in self.frictions(false) {
-            let (z, [by_way, ..]) = (friction.law)(*z, way, friction.engagement_angle_rad.value);
+            let (z, [by_way, ..]) = friction.after(*z, way);
             unbalanced_Nm += self.limit_Nm(friction) * z;
             slope += self.limit_Nm(friction) * by_way * mesh.slopes.torque;
         }
@@ -198,7 +198,7 @@ impl Held<'_> {
     fn helps(&self, way_rad: f64) -> [f64; 2] {
         let mut sum = [0.0; 2];
         for (z, friction) in self.frictions(true) {
-            let (z, [by_way, ..]) = (friction.law)(*z, way_rad, friction.engagement_angle_rad.value);
+            let (z, [by_way, ..]) = friction.after(*z, way_rad);
             let limit = self.limit_Nm(friction);
             sum = [sum[0] - limit * z, sum[1] - limit * by_way];
         }

@@ -199,7 +199,7 @@ impl Block<'_> {
                     let total = mesh.angle_rad + series;
                     let way = total - memory.angle_rad;
                     for (z, friction) in memory.states.iter_mut().zip(&load.friction) {
-                        *z = (friction.law)(*z, way, friction.engagement_angle_rad.value).0;
+                        *z = friction.after(*z, way).0;
                     }
                     memory.angle_rad = total;
                     (solved.status, solved.total_rad, solved.mesh) =

@@ -174,7 +174,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "crosstalk_force_N") => 30.0,
         ("preload_crosstalk", "reference_torque_Nm") => 4.5,
         (_, "reference_deflection_m" | "clearance_m") => 1.5e-6,
-        ("eccentric_bearing", "exponent") => 0.8,
+        ("eccentric_bearing", "exponent") | (_, "build_up_exponent") => 0.8,
         (_, "friction_radius_m") => 4e-4,
         (_, "friction_torque_Nm") => 0.1,
         (_, "load_share") => 0.05,

@@ -114,6 +114,7 @@ _ENGAGEMENT = _shape(
     tuple(a * ARCSEC for a in (0.5, 3.0, 8.0, 22.0)),
     log=True,
 )
+BUILD_UP = _shape("friction_hysteresis", "build_up_exponent", (0.3,))
 CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
 """Size and name of each form of creep."""
 LAG = "time_constant_s", (120.0, 500.0)
@@ -195,7 +196,12 @@ _TABLE: tuple[Variant, ...] = (
             ((_CLAMPED,), "clamped by the preload"),
         )
     ),
-    Variant("friction_hysteresis", ("friction_radius_m",), 1e-6, _OF_CORE, shapes=(_ENGAGEMENT,)),
+    *(
+        Variant(
+            "friction_hysteresis", ("friction_radius_m",), 1e-6, _OF_CORE, shapes=shapes, name=name
+        )
+        for shapes, name in (((_ENGAGEMENT,), ""), ((_ENGAGEMENT, BUILD_UP), "to a sharp limit"))
+    ),
     Variant("preload_loss", (_LOST_SHARE,), 0.005, _OF_CORE),
     Variant("preload_loss", (_LOST_FORCE,), 2.0, _OF_CORE, name="force"),
     Variant(
@@ -377,10 +383,13 @@ def soft_plays(torque_Nm: float) -> tuple[Variant, ...]:
 def constant_frictions(torque_Nm: float) -> tuple[Variant, ...]:
     """Friction of seals and bearings, the same at every preload: 0.05 to 30 % of the largest
     torque."""
-    loop = next(v for v in VARIANTS if v.effect == "friction_hysteresis")
+    loops = (v for v in VARIANTS if v.effect == "friction_hysteresis")
     low, high = 5e-4 * torque_Nm, 0.3 * torque_Nm
     size = ("friction_torque_Nm",)
-    return (replace(loop, sizes=size, low=low, high=high, scaled=True, name="constant"),)
+    return tuple(
+        replace(loop, sizes=size, low=low, high=high, scaled=True, name=f"constant{sharp}")
+        for loop, sharp in zip(loops, ("", ", to a sharp limit"), strict=True)
+    )
 
 
 def torque_zeros(torque_Nm: float, length_s: float | None) -> tuple[Variant, ...]:

@@ -22,6 +22,7 @@ from cbpt.lab.model.own_loops import WIDEST_TRANSITION, small_loops_of
 from cbpt.lab.model.priors import (
     ARCSEC,
     ASYMMETRY,
+    BUILD_UP,
     CREEP,
     EXPONENT,
     LAG,
@@ -218,10 +219,11 @@ def _frictions(campaign: Campaign, torque: float, angle: float) -> Iterator[Vari
         name = "with the preload" if needs else "constant"
         # What turned under a torque was held by less. A fit may go three times as far as this.
         friction = _of("friction_hysteresis", (size,), unit, 1e-3, 1 / 3)
-        yield _with(friction, (engagement,), name, needs)
         growing = _of("friction_hysteresis", (size, "load_share"), unit, 1e-3, 1 / 6)
         growing = replace(growing, ratios=(1.0, 1 / unit))
-        yield _with(growing, (engagement,), f"{name}, growing with the load", needs)
+        for shapes, how in (((engagement,), ""), ((engagement, BUILD_UP), ", to a sharp limit")):
+            yield _with(friction, shapes, f"{name}{how}", needs)
+            yield _with(growing, shapes, f"{name}, growing with the load{how}", needs)
 
 
 def _sensor_curve(angle: float) -> Variant:
