@@ -8,8 +8,12 @@ of them shows. With d the change of the fitted curve and z what the fit leaves, 
 shows the share c_r = 1 + z.d/d.d of it. The scatter of c among runs with the same torques, within a
 level, is that of the change beside the noise model (a sandwich of the scores of clusters: Liang and
 Zeger, Biometrika 73 (1986) 13); its variance goes with 1/d.d, by which a run tells the change, and
-is pooled so. Student's t tells whether the change is more (two-sided, with the chance that widths
-of loops have, and the degrees of freedom of Welch and Satterthwaite).
+is pooled so, and that of each kind of runs moderated by all (G. Smyth, Stat. Appl. Genet. Mol.
+Biol. 3 (2004) 3). Student's t tells whether the change is more (two-sided, with the chance that
+widths of loops have, and the degrees of freedom of Welch and Satterthwaite).
+
+A level that cannot have the other's value (a play that is wider than its own small loops) needs no
+runs to show it: all of them do.
 """
 
 from __future__ import annotations
@@ -21,13 +25,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.loop_widths import CHANCE
-from cbpt.lab.change.posterior import Choice
+from cbpt.lab.change.posterior import Choice, groups_of
 from cbpt.lab.change.reproducibility import places_of, with_values_of
 from cbpt.lab.covariance.repeated_runs import groups_of_runs
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]
+
+_ALIKE = 4.0
+"""Degrees of freedom that all groups lend to the variance of each: as the noise of the fit has it
+they scatter alike, and so about within a factor of two (2 to 4 runs of a kind tell it worse)."""
 
 
 def runs_agree(choice: Choice, effect: str) -> bool:
@@ -53,6 +61,8 @@ class _Pair:
     tables: tuple[Readings, Readings]
     score: tuple[Floats, Floats]
     weight: tuple[Floats, Floats]
+    excludes: tuple[bool, bool] = (False, False)
+    """Whether the level cannot have the value of the other one."""
 
     @classmethod
     def of(cls, choice: Choice, effect: str, levels: tuple[int, int]) -> _Pair | None:
@@ -66,7 +76,8 @@ class _Pair:
             z, d = _freely(problem, left, point.angle_arcsec - moved)
             found.append((problem.campaign.readings, z * d, d * d))
         (one, u, v), (two, s, t) = found
-        return cls((one, two), (u, s), (v, t))
+        excludes = _excludes(choice, effect, *levels), _excludes(choice, effect, *levels[::-1])
+        return cls((one, two), (u, s), (v, t), excludes)
 
     @property
     def size(self) -> float:
@@ -86,7 +97,7 @@ class _Pair:
                 score = np.array([self.score[level][rows].sum() for rows in here])
                 least = np.maximum(own, 1e-300)
                 off.append((score / least - score.sum() / least.sum()) * np.sqrt(own))
-                weights.append(own / self.weight[level].sum() ** 2)
+                weights.append((not self.excludes[level]) * own / self.weight[level].sum() ** 2)
             free = len(group) - len(off)
             if free:
                 squares = float(np.sum(np.concatenate(off) ** 2))
@@ -98,14 +109,25 @@ class _Pair:
                 alone += float(np.concatenate(weights).sum())
         if not freedom:
             return True
-        parts = np.array(variance) * share
+        pooled, known = repeated / sum(freedom), np.array(freedom) + _ALIKE
+        moderated = (_ALIKE * pooled + np.array(freedom) * variance) / known
+        parts = moderated * share
         # A run that nothing repeats scatters as the others do.
-        parts[int(np.argmax(parts))] += alone * repeated / sum(freedom)
+        parts[int(np.argmax(parts))] += alone * pooled
         total = float(parts.sum())
         if total == 0:
             return True
-        nu = float(total**2 / np.sum(parts**2 / freedom))
+        nu = float(total**2 / np.sum(parts**2 / known))
         return bool(1 / np.sqrt(total) > stdtrit(nu, 1 - CHANCE / 2))
+
+
+def _excludes(choice: Choice, effect: str, level: int, other: int) -> bool:
+    """Whether some number of an effect is beyond the limits of one level at the other one."""
+    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    slots = choice.fit.slots[:, list(group.unknowns)]
+    least, most = (bound[slots[level]] for bound in choice.fit.bounds)
+    values = choice.fit.x[slots[other]]
+    return bool(((values < least) | (values > most)).any())
 
 
 def _freely(problem: Problem, *curves: Floats) -> Iterator[Floats]:

@@ -14,10 +14,12 @@ import numpy as np
 
 from cbpt.lab.change.agreement import runs_agree
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Weighed
+from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
 from cbpt.lab.covariance.repeated_runs import ComesAgain, Differing, comes_again, differing_of
+from cbpt.lab.model.own_loops import PLAY, small_loops_of
 from cbpt.lab.selection.rules import RULES
+from cbpt.results import ARCSEC_PER_RAD
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class Rest:
     runs_differ: tuple[str, ...]
     """Of that: what runs of one level with the same torques do not agree on."""
     hidden: tuple[str, ...]
-    """These, and what moves the angles by less than `told_from_arcsec`."""
+    """These, what moves the angles by less than `told_from_arcsec`, and where the rest of a level
+    is no noise a play wider than what small loops turn that friction holds."""
 
     @property
     def hides_all(self) -> bool:
@@ -71,6 +74,7 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
     differing = differing_of([c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns])
     told_from_arcsec = min(not_followed_arcsec, np.inf if differing is None else differing.arcsec)
     runs_differ = tuple(e for e in moves_arcsec if not runs_agree(weighed.best_with(e), e))
+    unseen = {e for e in moves_arcsec if any(is_law) and _unseen(weighed.best_with(e), e)}
     return Rest(
         is_law=is_law,
         not_followed_arcsec=not_followed_arcsec,
@@ -80,9 +84,25 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
         told_from_arcsec=told_from_arcsec,
         runs_differ=runs_differ,
         hidden=tuple(
-            e for e, arcsec in moves_arcsec.items() if arcsec < told_from_arcsec or e in runs_differ
+            e
+            for e, arcsec in moves_arcsec.items()
+            if arcsec < told_from_arcsec or e in runs_differ or e in unseen
         ),
     )
+
+
+def _unseen(choice: Choice, effect: str) -> bool:
+    """Whether a play rests on the large loops alone: what they leave may be told as play."""
+    names = [unknown.name for unknown in choice.levels.fits[0].unknowns]
+    if effect != PLAY.partition(".")[0] or PLAY not in names:
+        return False
+    place = choice.levels.fits[0].unknowns[names.index(PLAY)].index
+    for party, point in zip(choice.levels.parties, choice.fit.points, strict=True):
+        loops = small_loops_of(party.problem.campaign)
+        play_arcsec = float(point.values[place]) * ARCSEC_PER_RAD
+        if loops is not None and loops.held and play_arcsec > loops.turn_arcsec:
+            return True
+    return False
 
 
 def _other_law(differing: Differing | None) -> float | None:
