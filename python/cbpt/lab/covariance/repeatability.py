@@ -15,6 +15,9 @@ With y the residual of reading i, in condition c(i) and run r(i),
 offset of a run counts as scatter. Residuals, not angles, because a torque held not quite alike
 moves both reading and model.
 
+Where repeats are not steady, readings are the same only if the torque last turned at the same level
+as well: with friction, loops of other amplitudes take other ways.
+
 Readings of one hold follow each other, so noise that moves slowly is nearly the same in them: they
 show a share of its variance alone. And what changes between repeats, as a play that opens half way,
 does not change within a hold: repeats that differ by far more than is stated, where readings of one
@@ -95,9 +98,22 @@ def pooled(
 
     scatter: that inside the runs, to tell whether something changed between repeats.
     """
+    conditions = _conditions(readings)
+    found = _pooled(readings, residual_arcsec, scatter, conditions)
+    if found is None or found.steady:
+        return found
+    # Friction holds a small loop inside a large one: then they have no reading in common.
+    apart = _both(conditions, _turned_at(readings))
+    of_loops = _pooled(readings, residual_arcsec, scatter, apart)
+    return of_loops if of_loops is not None and of_loops.steady else found
+
+
+def _pooled(
+    readings: Readings, residual_arcsec: Floats, scatter: Scatter | None, condition: Ints
+) -> Repeats | None:
+    """The same under given conditions, shape (n,)."""
     u = readings.u_elastic_angle_arcsec
     y = residual_arcsec if u is None else residual_arcsec / u
-    condition = _conditions(readings)
     again = np.bincount(condition)[condition] > 1
     if not again.any():
         return None
@@ -219,12 +235,32 @@ def _conditions(readings: Readings) -> Ints:
         columns.append(np.unique(readings.preload_step, return_inverse=True)[1])
     if readings.preload_N is not None:
         columns.append(levels_of(readings.preload_N).index)
-    # One number for each combination, counted anew after each column so that it stays small.
     found = np.zeros(len(readings), dtype=np.int64)
     for column in columns:
-        low = int(column.min())
-        both = found * (int(column.max()) - low + 1) + (column - low)
-        found = np.unique(both, return_inverse=True)[1].astype(np.int64)
+        found = _both(found, column)
+    return found
+
+
+def _both(one: Ints, other: Ints) -> Ints:
+    """One number for each combination, counted anew so that it stays small."""
+    low = int(other.min())
+    both = one * (int(other.max()) - low + 1) + (other - low)
+    return np.asarray(np.unique(both, return_inverse=True)[1], dtype=np.int64)
+
+
+def _turned_at(readings: Readings) -> Ints:
+    """The level of the torque at which each reading's way began, shape (n,)."""
+    level, direction = levels_of(readings.torque_Nm).index, readings.direction()
+    order = np.argsort(readings.run_index, kind="stable")
+    run, ways, levels = readings.run_index[order], direction[order], level[order]
+    begins = np.r_[True, (np.diff(run) != 0) | (np.diff(ways) != 0)]
+    # Where a way turns, its first reading is a step beyond the turn.
+    before = np.r_[levels[0], levels[:-1]]
+    new_run = np.r_[True, np.diff(run) != 0]
+    starts = np.where(new_run, levels, before)
+    last = np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))
+    found = np.empty(len(order), dtype=np.int64)
+    found[order] = starts[last]
     return found
 
 

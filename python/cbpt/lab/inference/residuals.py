@@ -94,12 +94,14 @@ def free_of(fitter: Fitter, fit: Fit) -> int:
     return max(len(c) - offsets - sum(bool(np.isinf(u.sd)) for u in fit.unknowns), 0)
 
 
-def scatter_of(fitter: Fitter, fit: Fit) -> tuple[float, float]:
+def scatter_of(fitter: Fitter, fit: Fit, weighted: bool = True) -> tuple[float, float]:
     """Arcsec (root mean square over the readings; loose ones count less), and the degrees of
-    freedom behind it; what is correlated is fewer independent readings.
+    freedom behind it; what is correlated is fewer independent readings. weighted: by what each
+    reading is known to.
     """
     c, noise = fitter.campaign, fit.noise
     u, free, rho = c.u_reading_arcsec, free_of(fitter, fit), noise.correlation
+    u = u if weighted else np.ones(len(c))
     off = left_by(c, fit) / (u if noise.inflation is None else u * noise.inflation)
     sd = np.sqrt(np.sum(off**2) / max(free, 1)) * np.sqrt(np.mean(u**2))
     return float(sd), free * (1 - rho) / (1 + rho)

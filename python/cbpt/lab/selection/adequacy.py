@@ -67,6 +67,10 @@ def adequacy_of(fitter: Fitter, fit: Fit) -> Adequacy:
         behind = scatter_shown(fitter, fit)
         left, dof = behind.scale * _root_mean_square(fitter.campaign.u_arcsec), behind.dof
     expected, known, source = _expected(fitter, fit)
+    repeats = fitter.campaign.repeats
+    if source == "repeats" and repeats is not None and repeats.ratio is None:
+        # Where none is stated repeats are pooled without weights.
+        left = scatter_of(fitter, fit, weighted=False)[0]
     if not (expected > 0 and known >= 1 and dof >= 1):
         return Adequacy(left, float("nan"), "nothing", 1.0)
     from scipy.special import fdtrc
