@@ -170,3 +170,18 @@ def test_tables_fit_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_tables_of_effects_fit_a_terminal(effect: list[str]) -> None:
     lines = [line for line in run("effects", *effect).stdout.splitlines() if line[:1] in "│┌╞└"]
     assert len(lines) > 5 and max(map(len, lines)) <= 100
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["fit", "--with", "creep", "a.toml", "b.csv"], "a.toml and b.csv went to --with"),
+        (["diagnose", "a.toml", "b.csv", "--json", "answer"], "a file after --json ends in .json"),
+        (["fit", "--with", "creep"], "required: CASE, DATA"),
+    ],
+)
+def test_words_that_argparse_took_otherwise_are_explained(
+    words: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert commands.main(words) == 2
+    assert told in capsys.readouterr().err

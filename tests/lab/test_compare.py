@@ -238,6 +238,30 @@ def test_an_effect_of_the_case_is_part_of_the_model() -> None:
     np.testing.assert_allclose(change, 0.5 * plain.readings.torque_Nm, atol=1e-9)
 
 
+def test_an_effect_without_a_size_is_said_to_do_nothing() -> None:
+    found = compare(
+        case_of("dev03", '[[effect]]\nid = "output_torsion"\n'), CAMPAIGNS / "dev03.csv"
+    )
+    (hint,) = (hint for hint in found.hints if "output_torsion" in hint)
+    assert "does nothing" in hint and "compliance_arcsec_per_Nm" in hint
+
+
+def test_torques_of_the_input_side_are_asked_about() -> None:
+    columns = synthetic(base(), torque=[-6, -3, 0, 3, 6])
+    columns["torque_Nm"] = columns["torque_Nm"] / 10.5
+    (hint,) = compare(base(), columns).hints
+    assert "input side" in hint and "10.5" in hint
+    assert compare(base(), synthetic(base(), torque=[-6, -3, 0, 3, 6])).hints == ()
+
+
+def test_computed_angles_have_no_scatter() -> None:
+    """The first check that anybody makes: the model against itself, without any uncertainty."""
+    columns = synthetic(base())
+    del columns["u_elastic_angle_arcsec"]
+    report = compare(base(), columns).report()
+    assert "scatter" not in report and "largest at" not in report
+
+
 def test_an_own_effect_of_the_case_is_part_of_the_model() -> None:
     own = (
         '[[effect]]\nid = "mine"\nport = "series"\nexpression = "a * torque_Nm"\n'
@@ -362,6 +386,12 @@ def test_a_table_in_another_unit_is_no_agreement(tmp_path: Path) -> None:
     report = compare(EXAMPLES / "campaign.toml", table).report()
     assert "agrees" not in report
     assert "check the units of torque and preload" in report
+    lines = [
+        line.replace("u_elastic_angle_arcsec", "no_u") for line in table.read_text().split("\n")
+    ]
+    table.write_text("\n".join(lines))
+    report = compare(EXAMPLES / "campaign.toml", table).report()
+    assert "agrees" not in report and "check the units of torque and preload" in report
 
 
 def test_the_load_of_the_case_fills_in_what_the_table_lacks(tmp_path: Path) -> None:

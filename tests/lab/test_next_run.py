@@ -282,7 +282,7 @@ def test_the_verb_writes_the_run_as_a_plan(
 def test_the_report_names_what_is_open() -> None:
     report = suggested().report()
     assert (
-        "Open hypotheses with their probabilities: " in report
+        "Hypotheses, with the share of each among these: " in report
         and f"{LIMIT:.1f} or more, {np.exp(LIMIT):.0f} : 1, decide" in report
     )
     assert set(open_hypotheses(suggested().diagnosis).fits) == set(suggested().open)

@@ -157,6 +157,27 @@ def test_loading_for_the_first_time_stands_apart() -> None:
     assert found(readings, e).u_arcsec < 0.15
 
 
+def test_loops_of_other_amplitudes_are_no_repeats_where_friction_holds_them() -> None:
+    """Small loops inside large ones were a rig that changes between its repeats."""
+    loops = [2 * LOOP, 2 * LOOP, LOOP, LOOP]
+    torque = np.concatenate(loops)
+    rng = np.random.default_rng(3)
+    noise = 0.1 * rng.standard_normal(len(torque))
+    # From rest all go the same way, and turn back where they turn.
+    way = np.concatenate([np.sign(np.diff(loop, prepend=-99)) for loop in loops])
+    way[np.tile(np.arange(len(LOOP)) < 9, 4)] = 0
+    residual = noise + np.repeat([3.0, 3.0, 1.0, 1.0], len(LOOP)) * way
+    rows = {
+        "run": np.repeat(np.arange(4), len(LOOP)),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": 7 * torque + residual,
+    }
+    readings = read_readings(rows, need_preload=False)
+    repeats = pooled(readings, residual, estimate(readings, noise))
+    assert repeats is not None and repeats.steady
+    assert repeats.u_arcsec == pytest.approx(0.1, rel=0.3)
+
+
 def test_readings_that_agree_in_every_digit_say_nothing() -> None:
     readings = campaign(3)
     assert pooled(readings, readings.torque_Nm) is None

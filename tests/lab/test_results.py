@@ -290,6 +290,33 @@ def test_the_table_in_all_its_forms() -> None:
         results["no such"]
 
 
+def test_the_table_is_told_in_another_unit() -> None:
+    plain, told = table(), table().told_in("arcmin")
+    by_name = {row.name: row for row in told}
+    assert [row.kind for row in plain] == [row.kind for row in told]
+    for row, other in zip(plain, told, strict=True):
+        factor = 1 / 60 if row.unit.startswith("arcsec") else 1.0
+        assert other.unit == row.unit.replace("arcsec", "arcmin")
+        for one, two in ((row.value, other.value), (row.u, other.u)):
+            assert (one is None) == (two is None)
+            assert one is None or two == pytest.approx(factor * one)
+        assert {name for name, _ in other.correlated_with} <= by_name.keys()
+    assert "output_torsion.compliance_arcmin_per_Nm" in by_name
+    with pytest.raises(InvalidInputError, match="angle_unit"):
+        plain.told_in("N m")
+
+
+def test_while_it_is_undecided_the_angle_has_no_uncertainty_and_every_combination_its_own() -> None:
+    """An angle by the numbers of the drive alone stood there with an uncertainty of a twentieth of
+    what the leading combination gives otherwise."""
+    d = cbpt.diagnose(CAMPAIGNS / "dev11.toml", CAMPAIGNS / "dev11.csv")
+    assert d.verdict.kind == "undecided"
+    found = d.predict(6.0, 600.0)
+    assert np.isnan(found.u_elastic_angle_arcsec).all() and "undecided" in str(found.why_no_u)
+    probable = [c for c in d.combinations() if c.probability >= 0.05]
+    assert len(found.by_rival_arcsec) >= len({c.effects for c in probable}) - 1 > 0
+
+
 # --- the verbs ----------------------------------------------------------------------------
 
 CASE, DATA = CAMPAIGNS / "dev01.toml", CAMPAIGNS / "dev01.csv"

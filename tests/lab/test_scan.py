@@ -344,7 +344,8 @@ def test_scatter_of_correlated_readings() -> None:
         (1 / 3600, "deg"),
         (1 / 206.26, "mrad"),
         (4.848, "urad"),
-        (1000, "1000 times too large"),
+        (1000, "milli, micro or kilo"),
+        (100, "swapped columns"),
         (-1, "opposite sign"),
     ],
 )

@@ -6,6 +6,8 @@ a spring with a sharp play, solved here without the product.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -42,7 +44,7 @@ def loop_deg(torque_Nm: Floats, play_deg: float, friction_Nm: float) -> Floats:
 def table(play_deg: float, friction_Nm: float, seed: int) -> dict[str, Floats]:
     """Two small loops and two large ones, each from rest, as a file has them."""
     rng = np.random.default_rng(seed)
-    columns: dict[str, list[Floats]] = {"run": [], "time_s": [], "torque_Nm": [], "angle": []}
+    columns: dict[str, list[Any]] = {"run": [], "time_s": [], "torque_Nm": [], "angle": []}
     start_s = 0.0
     for run, (most, steps) in enumerate([(5.0, 21), (5.0, 21), (40.0, 54), (40.0, 54)], 1):
         leg = np.linspace(0.0, most, steps)

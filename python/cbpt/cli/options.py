@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TextIO, TypedDict
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TextIO, TypedDict
 
 from cbpt._core import painted, terminal_colour
 from cbpt.errors import ChooseSheet, Setting, Step, TakeColumn
@@ -44,13 +44,19 @@ _INPUTS = ("case", "data", "after", "bounds", "plan")
 _OUTPUTS = ("out", "json", "plot", "results")
 
 
+_ENDINGS = {"--json": (".json",), "--results": RESULTS}
+"""Of files whose flag may stand alone, by which they are told from CASE and DATA."""
+
+
 class Parser(argparse.ArgumentParser):
     """Suggests the nearest flag for a misspelt one, and lets no verb overwrite its inputs."""
 
     def parse_args(self, args: Sequence[str]) -> argparse.Namespace:  # type: ignore[override]
+        self._words = list(args)
         options, unknown = self.parse_known_args(args)
         if unknown:
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._nearest(unknown)}")
+            hint = self._nearest(unknown) or self._endings()
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
         inputs = [getattr(options, name, None) for name in _INPUTS]
         for flag in _OUTPUTS:
             out = getattr(options, flag, None)
@@ -62,6 +68,30 @@ class Parser(argparse.ArgumentParser):
                     "another name"
                 )
         return options
+
+    def error(self, message: str) -> NoReturn:
+        """Says too which flag took a file for one of its values."""
+        super().error(message + (self._taken() if "are required" in message else ""))
+
+    def _taken(self) -> str:
+        """The flag of several values that took files, in words; empty where none did."""
+        many = {flag for a in self._actions if a.nargs == "+" for flag in a.option_strings}
+        flag, taken = "", list[str]()
+        for word in self._words:
+            if word.startswith("--"):
+                flag = word
+            elif flag in many and Path(word).suffix:
+                taken.append(word)
+        if not taken:
+            return ""
+        which = next(word for word in self._words if word in many)
+        return f"; {listed(taken)} went to {which}: put the files before it"
+
+    def _endings(self) -> str:
+        """What a file after a flag that may stand alone ends in, where one stands alone."""
+        alone = [word.removesuffix("=-") for word in self._words if word.endswith("=-")]
+        known = [f"after {f} ends in {listed(_ENDINGS[f], 'or')}" for f in alone if f in _ENDINGS]
+        return f"; a file {'; '.join(known)}" if known else ""
 
     def _nearest(self, unknown: Sequence[str]) -> str:
         """The flag that the first unknown one may stand for, in words; empty where none is."""
@@ -352,10 +382,11 @@ def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None
     if options.results is None and load == (None, None, None):
         return
     results = found.results(*load)
+    told = results.told_in(options.angle_unit)
     if options.results in (None, "-"):
-        show(f"\n{results.report()}")
+        show(f"\n{told.report()}")
         return
-    made = {".csv": results.to_csv, ".md": results.to_markdown, ".json": results.to_json}
+    made = {".csv": told.to_csv, ".md": told.to_markdown, ".json": results.to_json}
     path = Path(options.results)
     write_whole(path, made[path.suffix.lower()]())
 

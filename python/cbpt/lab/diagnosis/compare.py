@@ -18,14 +18,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt._core import Case, Drive, OwnEffect
+from cbpt._core import Case, Drive, OwnEffect, effect_specs
 from cbpt.errors import ReadingsError, Say
 from cbpt.figures.comparison import Box, ComparisonPicture, draw_comparison
 from cbpt.lab.covariance.linear_gaussian import Noise, Rows, Whitener
@@ -40,7 +40,7 @@ from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
 from cbpt.lab.wording import html
 from cbpt.lab.wording.inline import Shown, page
-from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.numbers import listed, rounded
 from cbpt.lab.wording.versions import versions
 from cbpt.results import ANGLE_UNITS, Angles, solve_many
 
@@ -55,6 +55,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
+_LAST_DIGITS = 1e-9
+"""Of the largest angle: less is no scatter of an instrument."""
 # Regions are searched in as many readings as this, evenly spread where there are more.
 _SEARCHED = 2000
 
@@ -219,7 +221,7 @@ def compare(
     ball_drive = drive.kind == "ball_drive"
     findings = tuple(map(repr, drive.findings())) if ball_drive else ()
     plain = _compared(data, *_model(case, drive, data, progress), zero, findings)
-    plain = replace(plain, case=case)
+    plain = replace(plain, case=case, hints=(*plain.hints, *_hints(case, drive, data)))
     if not effects:
         return plain
     from cbpt.lab.selection.fit_effects import fitted
@@ -227,6 +229,27 @@ def compare(
     model = fitted(case, data, effects)
     found = _compared(data, model, model.regime, zero, findings)
     return replace(found, before=plain, case=case)
+
+
+def _hints(case: Case | Drive, drive: Drive, readings: Readings) -> Iterator[str]:
+    """Torques of the other side, and effects of the case that do nothing."""
+    from cbpt.lab.diagnosis.preflight_units import input_side
+
+    if input_side(readings, drive):
+        ratio = abs(drive.transmission_ratio)
+        yield f"the torques are those of the input side; multiply them by the ratio, {ratio:.4g}"
+    known = {spec.id: spec for spec in effect_specs()}
+    for effect in case.effects if isinstance(case, Case) else []:
+        if effect.id not in known:
+            continue
+        stated = dict(effect.values)
+        sizes = [p for p in known[effect.id].parameters if p.is_size]
+        if all(stated.get(p.name, p.neutral) == p.neutral for p in sizes):
+            names = listed([p.display_name for p in sizes], "or")
+            yield (
+                f"the effect {effect.id} of the case does nothing, as no size of it is stated: "
+                f"give {names}, or fit it"
+            )
 
 
 def _model(
@@ -284,6 +307,10 @@ def _compared(
     if solved.any():
         part = readings if solved.all() else readings.select(solved)
         scatter = estimate(part, residual[solved])
+        # Angles that were computed scatter by their last digits.
+        size = float(np.abs(part.elastic_angle_arcsec).max())
+        if scatter is not None and scatter.u_arcsec <= _LAST_DIGITS * size:
+            scatter = None
         known = _Known(scatter, pooled(part, residual[solved], scatter))
     return Comparison(
         readings=readings,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,8 +11,17 @@ from cbpt.errors import Say, said
 from cbpt.lab.diagnosis.comparison_data import ComparisonData
 from cbpt.lab.diagnosis.misfit import Misfit
 from cbpt.lab.wording import layout
-from cbpt.lab.wording.numbers import angle_unit_of, rounded, significant
+from cbpt.lab.wording.numbers import (
+    angle_unit_of,
+    in_words,
+    name_of_size,
+    rounded,
+    significant,
+)
 from cbpt.results import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    from cbpt.lab.selection.fit_effects import Number
 
 
 def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
@@ -32,8 +41,9 @@ def lines(c: ComparisonData, angle_unit: str, say: Say) -> Iterator[str]:
     if c.before is not None:
         yield from _added(c, c.before, angle_unit)
     yield _verdict(c, angle_unit)
-    yield from _scatter(c, angle_unit)
-    yield from _repeats(c, angle_unit)
+    if 2 * c.overall.readings >= len(c.readings):
+        yield from _scatter(c, angle_unit)
+        yield from _repeats(c, angle_unit)
     for hint in c.hints:
         yield f"Likely mistake: {hint}."
     misfit = c.overall
@@ -89,8 +99,10 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
     rmse = _angle(c.overall.rmse_arcsec, angle_unit)
     u = c.readings.u_elastic_angle_arcsec
     lost = len(c.readings) - c.overall.readings
+    if u is None and 2 * lost > len(c.readings):
+        return f"{_unsolved(c, lost)}\nAt the others: RMSE {rmse}; that says nothing of the model."
     if u is None:
-        text = f"RMSE {rmse}; no uncertainty is stated, so it is unknown whether this is small."
+        text = f"RMSE {rmse}; no uncertainty is stated."
     elif c.p_value is None or c.overall.chi2_per_dof is None:
         return (
             f"RMSE {rmse}; the fitted offsets leave no degrees of freedom, so agreement cannot be "
@@ -101,10 +113,7 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
         chi2 = f"chi2 per degree of freedom {c.overall.chi2_per_dof:.3g}"
         numbers = f"RMSE {rmse}, stated uncertainty {stated}, {chi2}."
         if lost:
-            text = (
-                f"The model has no solution at {lost} of {len(c.readings)} measured loads: check "
-                f"the units of torque and preload.\nAt the others: {numbers}"
-            )
+            text = f"{_unsolved(c, lost)}\nAt the others: {numbers}"
         elif c.p_value >= 0.01:
             if c.p_value > 1 - 1e-6:
                 return (
@@ -115,7 +124,11 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
         else:
             text = f"The model disagrees with the readings: {numbers}"
     worst = c.worst()
-    if worst is None or (lost and c.p_value is not None and c.p_value >= 0.01):
+    if (
+        worst is None
+        or not worst.misfit.rmse_arcsec
+        or (lost and c.p_value is not None and c.p_value >= 0.01)
+    ):
         return text
     # With torques of both signs the mean hides what the direction of the torque shows.
     m = worst.misfit
@@ -126,6 +139,13 @@ def _verdict(c: ComparisonData, angle_unit: str) -> str:
         f"the readings lie {_angle(abs(m.excess_arcsec), angle_unit)} {side} the model in "
         f"the direction of the torque ({worst.share_of_misfit:.0%} of the misfit, "
         f"{m.readings} of {c.overall.readings} readings)."
+    )
+
+
+def _unsolved(c: ComparisonData, lost: int) -> str:
+    return (
+        f"The model has no solution at {lost} of {len(c.readings)} measured loads: check the units "
+        "of torque and preload."
     )
 
 
@@ -146,11 +166,17 @@ def _added(c: ComparisonData, before: ComparisonData, angle_unit: str) -> Iterat
             f"{c.overall.chi2_per_dof:.3g}"
         )
     yield f"{text}."
+    angle = angle_unit_of(angle_unit)
     rows = [
-        [n.effect, n.name if n.name != n.effect else "", rounded(n.value, 4), rounded(n.u, 4)]
+        [n.effect, *in_words((n.effect, _parameter(n)), n.value, n.u, angle=angle)]
         for n in c.numbers
     ]
-    yield layout.table(["effect", "parameter", "value", "u"], rows)
+    yield layout.table(["effect", "parameter", "value"], rows)
+
+
+def _parameter(n: Number) -> str:
+    """Its name; a number of drive or rig is called as its effect."""
+    return name_of_size(n.effect) if n.name == n.effect else n.name
 
 
 def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:

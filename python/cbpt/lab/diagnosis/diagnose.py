@@ -392,8 +392,8 @@ def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
             "elastic_angle",
             "; ".join(found),
             "readings of the sign and about the size that the model computes",
-            "write the unit in the header, or reverse the sign of the torque or of the angle; if "
-            "the drive is so much softer or stiffer than stated, state the stiffness that it has",
+            "write the unit in the header, swap the columns, multiply torques of the input side by "
+            "the ratio, reverse a sign, or state the stiffness that the drive has",
         )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -36,6 +37,8 @@ from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.priors import ODDS, PRIORS
 from cbpt.lab.readings.points import points_of
+from cbpt.lab.selection.posterior import named_of
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.scan import Scanned, find_regions
 from cbpt.lab.wording import html
 from cbpt.lab.wording.inline import Shown, page
@@ -89,23 +92,32 @@ class Diagnosis(DiagnosisData):
         -------
         AtLoad
             Elastic angles and standard uncertainties (k = 1) in arcsec, shape (n,); NaN where there
-            is none. `inside` says whether a load lies within the readings.
+            is none. `inside` says whether a load lies within the readings. While it is undecided
+            which effects are at work, the angles are by the most probable combination and have no
+            uncertainty; `by_rival_arcsec` has those by the other probable ones.
         """
-        rivals = {}
+        probable = {
+            named_of(one.effects): None
+            for one in self.combinations()
+            if one.probability >= RULES.likely
+        }
+        undecided = self.verdict.kind == "undecided" and bool(probable)
+        names = next(iter(probable)) if undecided else self.verdict.names
+        rivals = {named_as(other): self.fit_of(other) for other in probable if other != names}
         for group in self.verdict.rivals:
-            for rival in set(group) - set(self.verdict.names):
-                rest = set(self.verdict.names) - set(group)
-                names = tuple(sorted({*rest, rival}))
-                if names in self.competition.fits:
-                    rivals[" + ".join(names)] = self.competition.fits[names]
-        named = " + ".join(self.verdict.names)
-        for number, other in enumerate(self.after.other_modes, 2):
-            rivals[f"{named}, solution {number}"] = other
+            for rival in set(group) - set(names):
+                other = tuple(sorted({*set(names) - set(group), rival}))
+                if other in self.competition.fits:
+                    rivals[named_as(other)] = self.fit_of(other)
+        if not undecided:
+            for number, mode in enumerate(self.after.other_modes, 2):
+                rivals[f"{named_as(names)}, solution {number}"] = mode
+        open_yet = f"which effects are at work is undecided; this is by {named_as(names)}"
         return angle_at(
             self.competition.fitter,
-            self.after,
+            self.fit_of(names) if undecided else self.after,
             Load(torque_Nm, preload_N, input_angle_deg),
-            why_no_u=self._why_no_u,
+            why_no_u=open_yet if undecided else self._why_no_u,
             rivals=dict(sorted(rivals.items())),
         )
 
@@ -360,6 +372,11 @@ class Diagnosis(DiagnosisData):
             html.folded("the whole report", self.report()),
         )
         return "".join(parts)
+
+
+def named_as(effects: Sequence[str]) -> str:
+    """A set of effects in words."""
+    return " + ".join(effects) or "parameters refitted"
 
 
 def prior_odds() -> dict[str, float]:

@@ -102,7 +102,7 @@ class NextRuns:
         yield self.diagnosis.sentence_in(angle_unit)
         if self.open:
             shares = ", ".join(f"{name} {share:.2f}" for name, share in self.open.items())
-            yield f"Open hypotheses with their probabilities: {shares}."
+            yield f"Hypotheses, with the share of each among these: {shares}."
         for one, other in self.twins:
             yield (
                 f"No run on this rig can distinguish {one} from {other}: both change every reading "
@@ -112,6 +112,8 @@ class NextRuns:
             yield self.why_none
         if not self.ranked:
             return
+        if self.diagnosis.verdict.kind in ("effect", "complete"):
+            yield "The answer is not open: further runs would make it more certain."
         table = []
         for s in self.ranked[:most]:
             d = s.to_dict()
@@ -136,6 +138,8 @@ class NextRuns:
             _FROM_LEADING,
         ]
         yield layout.table(headers, table)
+        if self.ranked[0].gain < LIMIT:
+            yield "None of these runs is expected to decide alone."
         count = self.runs_like_it()
         if count is not None and count > 1:
             yield f"About {count} such runs would decide between the two closest hypotheses."

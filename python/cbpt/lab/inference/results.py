@@ -32,7 +32,15 @@ from cbpt.lab.inference.prediction import AtLoad
 from cbpt.lab.model.priors import LOT, PRIORS
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.html import Reported
-from cbpt.lab.wording.numbers import display, name_of_size, rounded, with_uncertainty
+from cbpt.lab.wording.numbers import (
+    ARCSEC,
+    AngleUnit,
+    angle_unit_of,
+    display,
+    name_of_size,
+    rounded,
+    with_uncertainty,
+)
 
 Floats = NDArray[np.float64]
 
@@ -109,6 +117,12 @@ class Results(Reported):
             raise KeyError(f"{name!r} is not a name of the results, which are: {known}")
         return found
 
+    def told_in(self, angle_unit: str) -> Results:
+        """The same with small angles in another unit: arcsec, arcmin, deg, mrad, urad, rad."""
+        angle = angle_unit_of(angle_unit)
+        rows = tuple(_in_unit(row, angle) for row in self.rows)
+        return Results(rows, tuple(map(angle.retold, self.notes)))
+
     def to_list(self) -> list[dict[str, Any]]:
         """As plain values, unrounded, the same that the JSON document has."""
         return [
@@ -183,6 +197,21 @@ def _basis(row: Result) -> str:
     if row.why_no_u:
         text = f"no uncertainty: {row.why_no_u}"
     return text
+
+
+def _in_unit(row: Result, angle: AngleUnit) -> Result:
+    """A row whose small angle is told in another unit."""
+    name, size = angle.renamed(row.name)
+    if name == row.name and row.unit == ARCSEC.symbol:
+        size = 1 / angle.per_arcsec
+    value, u, expanded = (
+        None if number is None else number / size for number in (row.value, row.u, row.expanded)
+    )
+    unit = row.unit if size == 1 else angle.of_unit(row.unit)
+    others = tuple((angle.renamed(other)[0], r) for other, r in row.correlated_with)
+    return replace(
+        row, name=name, value=value, unit=unit, u=u, expanded=expanded, correlated_with=others
+    )
 
 
 # --- the quantities of a fit --------------------------------------------------------------
@@ -371,4 +400,4 @@ def _notes(load: AtLoad | None) -> Iterator[str]:
         yield "Loads beyond those of the readings are extrapolated; u does not cover that."
     for name, angles in load.by_rival_arcsec.items():
         there = ", ".join(rounded(angle, 4) for angle in angles)
-        yield f"If {name} is the cause instead: {there} arcsec."
+        yield f"By {name} instead: {there} arcsec."

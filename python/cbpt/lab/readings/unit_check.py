@@ -19,6 +19,9 @@ class _Limits:
 
     left: float = 0.1
     """Of the sum of squared residuals at most this part may be left once the factor is on."""
+    no_drive: float = 25.0
+    """No drive is further from its design, whatever slip made it: five times as far as contacts are
+    likely to be too soft or too stiff."""
     near: float = 0.4
     """The logarithm of the factor may be this far from the slip's, as the drive may be off as
     well.
@@ -30,19 +33,19 @@ _LIMITS = _Limits()
 _ARCMIN, _MRAD, _URAD, _RAD = 1 / 60, np.pi / 648, np.pi / 0.648, np.pi / 648000
 
 # Readings divided by model, and what that is a sign of. 57.3, the degrees of a radian, is too
-# near to 60 to be distinguished from it.
+# near to 60 to be distinguished from it. The unit that the header states is not known here.
 _FACTORS = (
-    (_ARCMIN, "are probably in arcmin, not in arcsec as stated (or in rad, not in deg)"),
-    (1 / 3600, "are probably in deg, not in arcsec as stated"),
-    (_MRAD, "are probably in mrad, not in arcsec as stated"),
-    (_URAD, "are probably in urad, not in arcsec as stated"),
-    (_RAD, "are probably in rad, not in arcsec as stated"),
-    (1 / _ARCMIN, "are probably in arcsec, not in arcmin as stated (or in deg, not in rad)"),
-    (3600.0, "are probably in arcsec, not in deg as stated"),
-    (1 / _MRAD, "are probably in arcsec, not in mrad as stated"),
-    (1 / _URAD, "are probably in arcsec, not in urad as stated"),
-    (1000.0, "are about 1000 times too large: check the units for milli, micro or kilo"),
-    (0.001, "are about 1000 times too small: check the units for milli, micro or kilo"),
+    (_ARCMIN, "numbers in arcmin with arcsec stated, in deg with arcmin, or in rad with deg"),
+    (1 / 3600, "numbers in deg with arcsec stated, or in rad with arcmin"),
+    (_MRAD, "numbers in mrad with arcsec stated"),
+    (_URAD, "numbers in urad with arcsec stated"),
+    (_RAD, "numbers in rad with arcsec stated"),
+    (1 / _ARCMIN, "numbers in arcsec with arcmin stated, in arcmin with deg, or in deg with rad"),
+    (3600.0, "numbers in arcsec with deg stated, or in arcmin with rad"),
+    (1 / _MRAD, "numbers in arcsec with mrad stated"),
+    (1 / _URAD, "numbers in arcsec with urad stated"),
+    (1000.0, "milli, micro or kilo in a unit"),
+    (0.001, "milli, micro or kilo in a unit"),
     (1.0, ""),
 )
 
@@ -68,9 +71,22 @@ def slips(
     distance, words = min(
         (abs(float(np.log(abs(factor) / known))), words) for known, words in _FACTORS
     )
-    if distance > _LIMITS.near:
+    far = abs(float(np.log(abs(factor)))) > np.log(_LIMITS.no_drive)
+    if distance > _LIMITS.near and not far:
         return ()
-    told = [words] if words else []
+    told = []
+    if words or far:
+        causes = "; or ".join(_causes(factor, distance, words))
+        told.append(f"readings that are {abs(factor):.4g} times the model, as by {causes}")
     if factor < 0:
-        told.append("have the opposite sign of the model: check the signs of torque and angle")
-    return tuple(f"the readings {text} (they are {factor:.4g} times the model)" for text in told)
+        told.append("readings of the opposite sign: check the signs of torque and angle")
+    return tuple(told)
+
+
+def _causes(factor: float, distance: float, words: str) -> list[str]:
+    """What makes readings so many times the model."""
+    causes = [words] if distance <= _LIMITS.near and words else []
+    causes.append("swapped columns of torque and angle")
+    if abs(factor) > 1:
+        causes.append("torques of the input side (multiply them by the transmission ratio)")
+    return [*causes, "a stiffness in the case that is as much too large or too small"]

@@ -468,7 +468,7 @@ def noise_words(competition: Competition, fit: Fit, noise: Noise | None = None) 
     coarse = bool(competition.campaign.step_arcsec)
     if not coarse and noise.scale < 1.05 * LEAST_SCALE:
         # Readings far better than stated: nothing more can be said of how they scatter.
-        return ("misstated",)
+        return ("misstated",) if competition.campaign.u_stated else ("white",)
     words = []
     if noise.offset_arcsec:
         words.append("run_offset")

@@ -147,6 +147,20 @@ class AngleUnit:
 
         return _IN_ARCSEC.sub(told, text)
 
+    def of_unit(self, written: str) -> str:
+        """A unit with this one in place of a small angle: arcsec/(N m) is mrad/(N m)."""
+        return _SMALL.sub(self.symbol, written)
+
+    def renamed(self, label: str) -> tuple[str, float]:
+        """A name with this unit in place of the small angle that it ends with, and how many of the
+        units before make one of it; the name and 1 where it ends with none."""
+        unit = unit_at_end(label)
+        if unit is None:
+            return label, 1.0
+        before = unit_size(unit.written)
+        name, size = self.named(label, before)
+        return name, size / before
+
     def named(self, label: str, size: float) -> tuple[str, float]:
         """The name of a parameter and the size of its unit in SI, with this unit in place of the
         small angle that the name ends with: `rate_arcsec_per_h` is `rate_mrad_per_h`."""
