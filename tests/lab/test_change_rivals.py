@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.change.parameters import _direction, changed_of
 from cbpt.lab.change.parties import levels_of
-from cbpt.lab.change.posterior import Choice, Weighed, groups_of
+from cbpt.lab.change.posterior import Choice, Group, Weighed, _Search, groups_of
 from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.rest import Rest, rest_of
 from cbpt.lab.change.shared import _System, fit_shared
@@ -165,7 +167,8 @@ def changed_from(before: float, after: float, *limits: Limit | None) -> Changed:
     ],
 )
 def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: str) -> None:
-    told = _told(found(loops(1.0), loops(1.5, seed=2)), ARCSEC, c)
+    one = replace(found(loops(1.0), loops(1.5, seed=2)), changed=(c,))
+    told = _told(one, ARCSEC, c)
     assert said in told and ("+-" in told) == (c.moved and None in c.limits)
 
 
@@ -266,3 +269,15 @@ def test_a_gain_that_would_go_beyond_what_is_plausible_explains_nothing() -> Non
     for choice in likely:
         gains = {"torque_scale", "sensor_gain"} & choice.changed
         assert not choice.fit.ends_at_limit([unknowns.index(gain) for gain in gains])
+
+
+def test_a_choice_without_one_change_is_another_choice() -> None:
+    """The angle over which friction builds up changes with a joint. A choice without it was the
+    same again, and the search for fewer changes never ended."""
+    search = object.__new__(_Search)
+    search.levels = cast(Any, SimpleNamespace(alongside=(("output_torsion", 1),)))
+    search.groups = (
+        Group("friction_hysteresis", (0, 1), (0,)),
+        Group("output_torsion", (2,), (2,)),
+    )
+    assert set(search._less(frozenset({0, 1, 2}))) == {frozenset({1, 2}), frozenset({0, 1})}

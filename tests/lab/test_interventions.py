@@ -136,16 +136,29 @@ def test_preload_takes_play_and_raises_friction() -> None:
     assert {"backlash": "down", "friction_hysteresis": "up"}.items() <= directions(found).items()
     found = between("conic_pccf_1", "after_run_in", "preload_5", case=DATA / "reducer.toml")
     assert directions(found) == {"backlash": "down"}
-    # On what a stiffness and gains move the ramps of one state do not agree.
-    assert set(found.hidden) == {"contact_stiffness", "torque_scale", "sensor_gain"}
+    # A stiffness or a gain may have changed beside it.
     verdict = found.to_dict()["verdict"]
     assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
     assert "contact_stiffness" not in [u.effect for u in found.unchanged]
-    assert "Not decided beside it: contact_stiffness" in found.sentence
     # What could have been told is said with its size, as the fitted numbers of others differ too.
     size = re.search(r"moves the angles by less than (\d+) arcsec \(rms\) cannot", found.sentence)
     assert size and float(size[1]) == pytest.approx(found.told_from_arcsec, rel=0.01)
     assert 0 < found.told_from_arcsec < found.moves_arcsec["backlash"]
+
+
+def test_one_step_of_the_preload_that_closes_the_play() -> None:
+    """The small loops of the state before are all wider than those after are; two ramps of a kind
+    differ by much, and hid it."""
+    found = between("split_onyx_1", "preload_4", "preload_5", case=DATA / "reducer.toml")
+    told = directions(found)
+    assert told["backlash"] in {"down", "gone"} and told["friction_hysteresis"] == "up"
+
+
+def test_a_play_that_rests_on_large_loops_alone_is_not_told() -> None:
+    """Friction holds the small loops after, which are as wide as those before; a play of 1.4 deg
+    stands for what the model does not follow of the large ones."""
+    found = between("split_onyx_1", "preload_10", "preload_11", case=DATA / "reducer.toml")
+    assert "backlash" not in directions(found)
 
 
 def test_a_state_that_is_measured_twice_did_not_change() -> None:

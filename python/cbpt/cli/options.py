@@ -71,7 +71,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Says too which flag took a file for one of its values."""
-        super().error(message + (self._taken() if "are required" in message else ""))
+        super().error(message + self._taken())
 
     def _taken(self) -> str:
         """The flag of several values that took files, in words; empty where none did."""

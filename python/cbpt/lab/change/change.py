@@ -28,7 +28,7 @@ from cbpt.lab.change.odd_level import odd_level_of
 from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
-from cbpt.lab.change.progress import part_of, untold
+from cbpt.lab.change.progress import part_of, rising, untold
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
     counted_once,
@@ -46,6 +46,7 @@ from cbpt.lab.diagnosis.by_level import MOST_LEVELS
 from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import at_limits, beyond_own_loops
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
@@ -146,7 +147,7 @@ def change(
     called = names if asked else _called(names, parts, by)
     named = [] if asked else _named_as_repeated(called)
     states = _states(called, named or repeated, reproducibility_arcsec)
-    tell = progress or untold
+    tell = rising(progress or untold)
     with one_blas_thread():
         answers, ids, own = _effects(
             case, dict(zip(names, parts, strict=True)), effects, seed, tell
@@ -344,11 +345,19 @@ def _searched(
     candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
 ) -> list[Choice]:
     """What may have changed, by every set of effects."""
-    found: list[Choice] = []
-    for k, levels in enumerate(candidates):
-        begin, end = (i / len(candidates) for i in (k, k + 1))
-        found += choices_of(count(levels), part_of(tell, begin, end))
-    return found
+    if not candidates:
+        return []
+    share = 1 / len(candidates)
+    works = [
+        partial(_choices, levels, count, part_of(tell, k * share, (k + 1) * share))
+        for k, levels in enumerate(candidates)
+    ]
+    campaign = candidates[0].parties[0].problem.campaign
+    return [choice for found in side_by_side(campaign, works) for choice in found]
+
+
+def _choices(levels: Levels, count: Callable[[Levels], Levels], tell: Progress) -> list[Choice]:
+    return choices_of(count(levels), tell)
 
 
 def _weighed(

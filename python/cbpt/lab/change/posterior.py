@@ -293,11 +293,13 @@ class _Search:
             best = self._alongside(top)
 
     def _less(self, own: frozenset[int]) -> list[frozenset[int]]:
-        """Without one of the groups that changed, or without the shapes of one."""
+        """Without one of the groups that changed, or without the shapes of one; what changes beside
+        another group stays."""
         changed = self._changed(own)
         fewer = [own.difference(group.unknowns) for group in changed]
         shared = [own.difference(group.unknowns) | set(group.sizes) for group in changed]
-        return [less for less in dict.fromkeys([*fewer, *shared]) if less and less != own]
+        kept = [self._alongside(less) for less in (*fewer, *shared)]
+        return [less for less in dict.fromkeys(kept) if less and less != self._alongside(own)]
 
     def fewer(self, tell: Progress) -> None:
         """From all, one less after the other."""

@@ -1,6 +1,7 @@
 """Progress of work that has parts.
 
 part_of  tells the progress of a part
+rising   never goes back, where parts are done at once
 untold   where nobody asks
 """
 
@@ -13,6 +14,18 @@ def part_of(tell: Progress, begin: float, end: float, head: str = "") -> Progres
     """Tells the progress of a part of the work, which goes from one share of the whole to another;
     head: what stands before what is next."""
     return lambda what, share: tell(head + what, begin + (end - begin) * share)
+
+
+def rising(tell: Progress) -> Progress:
+    """Tells the largest share so far in place of a smaller one."""
+    most = 0.0
+
+    def told(what: str, share: float) -> None:
+        nonlocal most
+        most = max(most, share)
+        tell(what, most)
+
+    return told
 
 
 def untold(what: str, share: float) -> None:

@@ -21,6 +21,9 @@ from cbpt.lab.change.posterior import Weighed
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.selection.rules import RULES
 
+_AS_SURE = 1 / 3
+"""Of the largest difference in standard uncertainties: less beside it is not told of an effect."""
+
 Kind = Literal["changed", "nothing", "undecided"]
 Direction = Literal["up", "down", "new", "gone"]
 Limit = Literal["lower", "upper", "own loops"]
@@ -156,13 +159,18 @@ class ChangeData:
 
     @property
     def foremost(self) -> tuple[Changed, ...]:
-        """One number of each effect that changed: its size where that moved, else the first that
-        did."""
-        found: dict[str, Changed] = {}
-        for c in self.changed:
-            if c.effect not in found or (c.moved and not found[c.effect].moved):
-                found[c.effect] = c
-        return tuple(found.values())
+        """One number of each effect that changed: the first of its sizes that moved about as surely
+        as any other, else the first number that moved."""
+        return tuple(self.told_of(e)[0] for e in dict.fromkeys(c.effect for c in self.changed))
+
+    def told_of(self, effect: str) -> tuple[Changed, ...]:
+        """The numbers by which an effect that changed is told: sizes that moved, but for those that
+        moved far less surely than another; else one number."""
+        own = [c for c in self.changed if c.effect == effect]
+        moved = [c for c in own if c.moved]
+        sizes = [c for c in moved if not c.is_shape]
+        surest = max((c.apart for c in sizes), default=0.0)
+        return tuple(c for c in sizes if c.apart >= _AS_SURE * surest) or tuple((moved or own)[:1])
 
     @property
     def rivals(self) -> tuple[tuple[str, ...], ...]:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 from cbpt.lab.change.parties import (
@@ -29,6 +30,7 @@ from cbpt.lab.change.parties import (
 )
 from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.progress import untold
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
@@ -53,11 +55,14 @@ def with_stand_ins(
     forms = forms_of(best.levels, sorted(tried - PRIORS.keys() - set(have)))
     places = (None, *(e for e in have if e in best.changed and e not in named))
     sets = list(product(forms, places))
-    found = []
-    for number, (form, place) in enumerate(sets):
+
+    def offered(number: int, form: Variant, place: str | None) -> list[Levels]:
         tell(f"{form.effect} in its place", number / len(sets))
-        found += _offered(best, with_form(best.levels, form, place), form)
-    return [*found, *_with_joint(best, places)]
+        return _offered(best, with_form(best.levels, form, place), form)
+
+    works = [partial(offered, number, *one) for number, one in enumerate(sets)]
+    found = side_by_side(best.levels.parties[0].problem.campaign, works)
+    return [*(levels for one in found for levels in one), *_with_joint(best, places)]
 
 
 def _offered(best: Choice, levels: Levels | None, form: Variant) -> list[Levels]:

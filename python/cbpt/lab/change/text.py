@@ -191,24 +191,39 @@ def _sure(chance: float) -> str:
 
 
 def _told(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
-    known = list(zip(c.values, c.u, c.limits, strict=True))
-    pairs = [in_words((c.effect, c.parameter), value, u, c.unit, angle) for value, u, _ in known]
-    label = pairs[0][0]
-    values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
+    """Of the foremost number of an effect, and of others that moved about as surely."""
+    told = [one for one in found.told_of(c.effect) if one.moved]
+    phrases = [_moved(found, angle, one) for one in told]
     chance = f"({_sure(c.probability)})"
-    if not c.moved or len(set(values)) == 1:
+    if not phrases or None in phrases:
         return (
             f"{c.effect} changed, but no number of it by more than twice its uncertainty {chance}"
         )
+    ways = [phrase for phrase in phrases if phrase is not None]
+    if len(ways) > 1:
+        each = listed([f"{label} {way} {ends}" for label, way, ends in ways])
+        return f"{c.effect} changed: {each} {chance}"
+    ((label, way, ends),) = ways
+    if c.is_shape and c.trend != "neither":  # another transition torque is no less play
+        return f"{c.effect} changed: {label} {way} {ends} {chance}"
+    how = f"changed, {way}" if c.trend == "neither" else way
+    return f"{c.effect} {how}: {label} {ends} {chance}"
+
+
+def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> tuple[str, str, str] | None:
+    """The name of a number, which way it went and between which values; None where these are told
+    alike."""
+    known = list(zip(c.values, c.u, c.limits, strict=True))
+    pairs = [in_words((c.effect, c.parameter), value, u, c.unit, angle) for value, u, _ in known]
+    values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
+    if len(set(values)) == 1:
+        return None
     if c.trend != "neither":
         trend = f", {c.trend} from level to level" if c.trend else ""
-        ends = f"from {values[0]} to {values[-1]}{trend}"
-        if c.is_shape:  # another transition torque is no less play
-            return f"{c.effect} changed: {label} {_WAYS[c.direction]} {ends} {chance}"
-        return f"{c.effect} {_WAYS[c.direction]}: {label} {ends} {chance}"
+        return pairs[0][0], _WAYS[c.direction], f"from {values[0]} to {values[-1]}{trend}"
     by_size = sorted(range(len(known)), key=lambda i: c.values[i])
     least, most = (f"{values[i]} ({found.levels[i]})" for i in (by_size[0], by_size[-1]))
-    return f"{c.effect} changed, up and down: {label} between {least} and {most} {chance}"
+    return pairs[0][0], "up and down", f"between {least} and {most}"
 
 
 def limited(value: str, limit: Limit | None) -> str:

@@ -393,7 +393,8 @@ def _stop_if_a_slip(campaign: Campaign, model: Floats) -> None:
             "; ".join(found),
             "readings of the sign and about the size that the model computes",
             "write the unit in the header, swap the columns, multiply torques of the input side by "
-            "the ratio, reverse a sign, or state the stiffness that the drive has",
+            "the ratio, reverse the sign of the torque or of the angle, or state the stiffness "
+            "that the drive has",
         )
 
 

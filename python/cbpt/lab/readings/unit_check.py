@@ -79,7 +79,7 @@ def slips(
         causes = "; or ".join(_causes(factor, distance, words))
         told.append(f"readings that are {abs(factor):.4g} times the model, as by {causes}")
     if factor < 0:
-        told.append("readings of the opposite sign: check the signs of torque and angle")
+        told.append("readings of the opposite sign: reverse the sign of torque or angle")
     return tuple(told)
 
 
