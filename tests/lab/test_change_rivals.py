@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
-from cbpt.lab.change.parameters import _direction, changed_of
+from cbpt.lab.change.parameters import _direction, _of_effect, changed_of
 from cbpt.lab.change.parties import levels_of
 from cbpt.lab.change.posterior import Choice, Group, Weighed, _Search, groups_of
 from cbpt.lab.change.record import Changed, Limit
@@ -281,3 +281,20 @@ def test_a_choice_without_one_change_is_another_choice() -> None:
         Group("output_torsion", (2,), (2,)),
     )
     assert set(search._less(frozenset({0, 1, 2}))) == {frozenset({1, 2}), frozenset({0, 1})}
+
+
+def test_an_effect_appears_with_all_of_its_sizes_and_is_told_by_those_that_moved() -> None:
+    """A friction that came to grow with the load was said to have fallen, by the part of it that
+    hardly moved; the part that grew did not make the friction new."""
+    one = found(loops(1.0), loops(1.5, seed=2)).changed[0]
+    torque = replace(one, parameter="friction_torque_Nm", values=(0.2, 0.18), apart=2.01)
+    share = replace(one, parameter="load_share", values=(0.001, 0.06), u=(0.003, 0.002), apart=19.8)
+    share = replace(share, direction="new", limits=(None, None))
+    torque = replace(torque, u=(0.026, 0.027), direction="down", limits=(None, None))
+    assert _of_effect(share, [torque, share]).direction == "up"
+    assert _of_effect(share, [share]).direction == "new"
+    told = replace(found(loops(1.0), loops(1.5, seed=2)), changed=(torque, share))
+    assert [c.parameter for c in told.foremost] == ["load_share"]
+    both = replace(told, changed=(replace(torque, apart=9.0), share))
+    assert [c.parameter for c in both.told_of(one.effect)] == ["friction_torque_Nm", "load_share"]
+    assert "friction_hysteresis changed: " in _told(both, ARCSEC, both.foremost[0])

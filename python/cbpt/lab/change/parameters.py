@@ -38,13 +38,29 @@ def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
         choice = weighed.best_with(group.effect)
         own = next(g for g in groups_of(choice.levels) if g.effect == group.effect)
         doubts = doubts_of(choice.levels, comes_again)
+        told = []
         for place in own.unknowns:
             unknown = choice.levels.fits[0].unknowns[place]
             chance = weighed.changed(group.effect)
             changed = replace(_of_place(choice, place, chance, doubts), rivals=others)
             if unknown.size_of >= 0 or "." not in unknown.name or changed.moved:
-                found.append(changed)
+                told.append(changed)
+        found += [_of_effect(changed, told) for changed in told]
     return sorted(found, key=lambda c: -c.probability)
+
+
+def _of_effect(c: Changed, every: Sequence[Changed]) -> Changed:
+    """A number of an effect, of all of its: one of two sizes may appear or vanish, and the effect
+    with it only where the other is not there either."""
+    level = {"new": 0, "gone": -1}.get(c.direction)
+    if level is None:
+        return c
+    for other in every:
+        u = other.u[level]
+        there = other.limits[level] is not None or abs(other.values[level]) > 2 * (u or 0.0)
+        if other is not c and not other.is_shape and there:
+            return replace(c, direction="up" if c.direction == "new" else "down")
+    return c
 
 
 def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]) -> Changed:
