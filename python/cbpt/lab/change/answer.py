@@ -59,6 +59,7 @@ class Change(Reported, ChangeData):
             "told_from_arcsec": self.told_from_arcsec,
             "hidden": list(self.hidden),
             "runs_differ": list(self.runs_differ),
+            "on_large_loops": list(self.on_large_loops),
             "levels": [
                 {
                     "level": level,

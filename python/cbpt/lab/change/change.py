@@ -529,6 +529,7 @@ def _answer(
         told_from_arcsec=rest.told_from_arcsec,
         hidden=tuple(e for e in rest.moves_arcsec if e in hidden),
         runs_differ=tuple(e for e in rest.runs_differ if e in hidden),
+        on_large_loops=tuple(e for e in rest.on_large_loops if e in hidden),
         levels_differ_by_arcsec=rest.apart_arcsec if something >= RULES.certain else None,
         effects=tuple(dict.fromkeys(v.effect for v in levels.variants)),
         by=by,

@@ -130,6 +130,9 @@ class ChangeData:
     hidden: tuple[str, ...]
     """Of that: what moves the angles by less, and, where that is no noise, effects of which no
     number moved by more than twice its uncertainty; and what runs of one level do not agree on."""
+    on_large_loops: tuple[str, ...]
+    """Of these: a play wider than what small loops turn that friction holds; it rests on the large
+    loops alone."""
     runs_differ: tuple[str, ...]
     """Of these: what runs of one level with the same torques do not agree on."""
     effects: tuple[str, ...]

@@ -47,9 +47,11 @@ class Rest:
     torques differ by from level to level; without such runs, the rest."""
     runs_differ: tuple[str, ...]
     """Of that: what runs of one level with the same torques do not agree on."""
+    on_large_loops: tuple[str, ...]
+    """Of that: a play wider than what small loops turn that friction holds. It rests on the large
+    loops alone, and stands for what else these show."""
     hidden: tuple[str, ...]
-    """These, what moves the angles by less than `told_from_arcsec`, and where the rest of a level
-    is no noise a play wider than what small loops turn that friction holds."""
+    """These, and what moves the angles by less than `told_from_arcsec`."""
 
     @property
     def hides_all(self) -> bool:
@@ -74,7 +76,7 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
     differing = differing_of([c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns])
     told_from_arcsec = min(not_followed_arcsec, np.inf if differing is None else differing.arcsec)
     runs_differ = tuple(e for e in moves_arcsec if not runs_agree(weighed.best_with(e), e))
-    unseen = {e for e in moves_arcsec if any(is_law) and _unseen(weighed.best_with(e), e)}
+    unseen = tuple(e for e in moves_arcsec if _unseen(weighed.best_with(e), e))
     return Rest(
         is_law=is_law,
         not_followed_arcsec=not_followed_arcsec,
@@ -83,6 +85,7 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
         moves_arcsec=moves_arcsec,
         told_from_arcsec=told_from_arcsec,
         runs_differ=runs_differ,
+        on_large_loops=unseen,
         hidden=tuple(
             e
             for e, arcsec in moves_arcsec.items()

@@ -50,7 +50,7 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
         unlike = f" But {found.unlike_design}." if found.unlike_design else ""
         return "What changed cannot be told.", (
             f" By the fitted effects {listed(found.weighed.likely, 'or')} changed{by}."
-            f"{unlike}{_runs(found)}{_still(found)}{left}"
+            f"{unlike}{_runs(found)}{_large_loops(found)}{_still(found)}{left}"
             f"{_loops_differ(found, angle)}{remedy}{_by_itself(found, angle)}{noise}"
         )
     if found.kind == "undecided":
@@ -61,7 +61,8 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
             "did).",
             f"{loops}{_by_itself(found, angle)}{noise}",
         )
-    rest = _unless(found, angle) + _not_shown(found) + _hidden(found, angle) + noise + within
+    rest = _unless(found, angle) + _not_shown(found) + _large_loops(found)
+    rest += _hidden(found, angle) + noise + within
     return _changes(found, angle), rest
 
 
@@ -116,9 +117,20 @@ def _runs(found: ChangeData) -> str:
     )
 
 
+def _large_loops(found: ChangeData) -> str:
+    """That small loops do not show a play."""
+    if not found.on_large_loops:
+        return ""
+    return (
+        " Friction holds the small loops, which turn by less than the fitted play, so that rests "
+        "on the large loops alone and may stand for what else they show."
+    )
+
+
 def _still(found: ChangeData) -> str:
     """That the readings ask for other values of an effect, and these are as good as the same."""
-    still = [e for e in found.hidden if e not in found.runs_differ]
+    told = {*found.runs_differ, *found.on_large_loops}
+    still = [e for e in found.hidden if e not in told]
     if not still or found.not_followed_arcsec:
         return ""
     return (

@@ -80,6 +80,8 @@ def _open(found: Change, names: tuple[str, str]) -> list[OpenChange]:
         why = "the readings do not decide"
         if effect in found.runs_differ:
             why = "runs with the same torques do not agree on it"
+        elif effect in found.on_large_loops:
+            why = "friction holds the small loops, so it rests on the large ones alone"
         elif effect in found.hidden:
             why = "it is within its uncertainty, or smaller than the misfit that remains"
         rows.append({"effect": effect, "probability": chance, "why": why})
