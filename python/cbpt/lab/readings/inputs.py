@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from cbpt._core import Case, Drive
+from cbpt.errors import InvalidInputError
 from cbpt.lab.readings.reader import Readings, read_readings
+
+_TABLES = {".csv", ".xlsx", ".xls", ".ods", ".mat", ".tdms", ".parquet"}
+"""Endings of files that are no case."""
 
 
 def case_of(case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any]) -> Case | Drive:
     """The case in any of its forms."""
     if isinstance(case, (str, os.PathLike)):
+        if Path(case).suffix.lower() in _TABLES:
+            raise InvalidInputError(f"{case} looks like a table of readings: the case comes first")
         return Case.from_file(case)
     if isinstance(case, Mapping):
         return Case.from_dict(dict(case))
