@@ -31,6 +31,8 @@ def worse_than_a_part(c: Competition, by: float = EFFORT.worse) -> list[tuple[Na
             if part in c.fits:
                 as_fitted = follows(c.fitter, c.fits[part]) - follows(c.fitter, c.fits[names])
                 off = min(as_fitted, exactly(c, part) - exactly(c, names))
+                # A form that follows less well may cost less: what it owes is told by the score.
+                off = min(off, c.log_odds[part] - c.log_odds[names])
                 if off > by:
                     found.append((names, part, off))
     return found

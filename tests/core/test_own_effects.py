@@ -180,8 +180,8 @@ def test_all_three_ways_are_the_effect_of_the_library(name: str) -> None:
         predictor("dev03", *beside, e) for e in (name, own, as_function(own, function))
     )
     # Friction that follows the preload alone.
-    values = np.r_[1.02, 1e-3, 4e-5, 0, 0, list(numbers.values())]
-    wanted = [0, 1, 2, *range(5, len(values))]
+    values = np.r_[1.02, 1e-3, 4e-5, 0, 0, 1, list(numbers.values())]
+    wanted = [0, 1, 2, *range(6, len(values))]
     # The library's effect may have further forms, which do nothing here.
     further = built_in.neutral()[len(values) :]
     a = built_in.predict(np.r_[values, further], wanted)

@@ -67,8 +67,9 @@ def prices_of(forms: Sequence[Form], lefts: Sequence[Floats]) -> list[Floats]:
                     along = np.sum(left * there, axis=0) / size
                     across = np.sum(there**2, axis=0) - along**2
                     value = other.shapes[shape.name]
-                    step = np.log(value / here) if shape.log else value - here
-                    steps.append((abs(float(step)), np.maximum(across, 0.0)))
+                    step = abs(float(np.log(value / here) if shape.log else value - here))
+                    # Neighbours in another shape say nothing of this one.
+                    steps += [(step, np.maximum(across, 0.0))] if step else []
             if steps:
                 step, across = min(steps, key=lambda s: s[0])
                 price -= 0.5 * np.log1p(across * ((high - low) / step) ** 2 / 12)
