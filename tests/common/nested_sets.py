@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from cbpt.lab.model.priors import ODDS
 from cbpt.lab.selection.effort import EFFORT
 from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.refits import follows
@@ -32,7 +35,9 @@ def worse_than_a_part(c: Competition, by: float = EFFORT.worse) -> list[tuple[Na
                 as_fitted = follows(c.fitter, c.fits[part]) - follows(c.fitter, c.fits[names])
                 off = min(as_fitted, exactly(c, part) - exactly(c, names))
                 # A form that follows less well may cost less: what it owes is told by the score.
-                off = min(off, c.log_odds[part] - c.log_odds[names])
+                (more,) = set(names) - set(part)
+                price = -float(np.log(ODDS.get(more, ODDS[""])))
+                off = min(off, c.log_odds[part] - c.log_odds[names] - price)
                 if off > by:
                     found.append((names, part, off))
     return found
