@@ -161,13 +161,14 @@ def _draw_residual(
     axes.axhline(0, color="0.3", lw=0.8, zorder=0)
     draw_points(axes, d.points, residual, _size(d.points))
     rmse = float(np.sqrt(np.nanmean(residual**2)))
-    own = "" if name == "as stated" else " (own scale)"
-    titled(axes, f"{name}: RMSE {rmse:.3g} {angle_unit}{own}")
+    titled(axes, f"{name}: RMSE {rmse:.3g} {angle_unit}")
     axes.set_xlabel("torque (N m)")
     if name == "as stated":
         what = "scatter" if u is None else "u, k = 1"
         says = "" if band is None else f"\nband: ± {band:.2g} ({what})"
         axes.set_ylabel(f"reading minus model ({angle_unit}){says}")
+    else:
+        axes.set_ylabel("the same, on its own scale")
     # On the scale of the first the second would be a line.
     axes.grid(color="0.94", lw=0.6)
 
@@ -209,7 +210,10 @@ def _draw_ladder(axes: Axes, d: DiagnosisPicture, angle_unit: str) -> None:
     axes.set_xticks(place, [_step_name(s.added, i, len(steps)) for i, s in enumerate(steps)])
     axes.tick_params(axis="x", length=0, labelsize=9)
     axes.set_ylabel(f"RMSE ({angle_unit})")
-    axes.legend(fontsize="small", frameon=False, loc="upper right")
+    # Above the bars, which may be as high on the right as on the left.
+    axes.legend(
+        fontsize="small", frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3
+    )
 
 
 def _step_name(added: str, place: int, steps: int) -> str:

@@ -298,7 +298,8 @@ def _noise(found: ChangeData, angle: AngleUnit) -> str:
 
 def _within(found: ChangeData) -> str:
     """What did not change, and within what."""
-    told = [f"{u.effect} within {u.within / abs(u.value):.1%}" for u in found.unchanged if _firm(u)]
+    shares = {u.effect: u.within / abs(u.value) for u in found.unchanged if _firm(u)}
+    told = [f"{effect} within {max(share, 0.001):.1%}" for effect, share in shares.items()]
     return f" Unchanged: {listed(told)}." if told else ""
 
 
