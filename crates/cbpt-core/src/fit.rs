@@ -327,7 +327,8 @@ mod tests {
             (vec!["friction_hysteresis"], vec![1e-4, 5e-5, 0.0, 0.0, 1.0], vec![4e-4, 2.2e-5, 0.0, 0.0, 1.0]),
         ] {
             let mut model = predictor(&effects);
-            let free: Vec<usize> = (0..truth.len()).filter(|&k| truth[k] != 0.0).collect();
+            let off = |k: &usize| f64::abs(truth[*k] - start[*k]) > 0.0;
+            let free: Vec<usize> = (0..truth.len()).filter(off).collect();
             let angle = readings(&mut model, &truth, -2e-6);
             let u = vec![1e-7; angle.len()];
             let found = fit(&mut model, &start, &free, &Measured { angle_rad: &angle, u_rad: &u }).unwrap();
