@@ -299,8 +299,8 @@ fn loop_width(preload_N: f64) -> f64 {
     });
     let mut predictor =
         Predictor::new(drives()[0].1.clone(), &["friction_hysteresis"], rows.unwrap()).unwrap();
-    let angle = predictor.predict(&[4e-4, 0.2 * ARCSEC, 0.0, 0.0], &[]).unwrap().angle_rad;
-    let bare = predictor.predict(&[0.0, 0.2 * ARCSEC, 0.0, 0.0], &[]).unwrap().angle_rad;
+    let angle = predictor.predict(&[4e-4, 0.2 * ARCSEC, 0.0, 0.0, 1.0], &[]).unwrap().angle_rad;
+    let bare = predictor.predict(&[0.0, 0.2 * ARCSEC, 0.0, 0.0, 1.0], &[]).unwrap().angle_rad;
     assert!(angle[10] < bare[10] && angle[30] > bare[30], "virgin loading reads stiffer, unloading lags");
     angle[30] - angle[10]
 }
@@ -321,7 +321,7 @@ fn the_loop_widens_with_the_preload() {
 fn history_is_per_run() {
     let (_, drive) = &drives()[0];
     let ids = ["friction_hysteresis", "creep"];
-    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0, 0.0, 30.0, 3e-7];
+    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0, 1.0, 0.0, 30.0, 3e-7];
     let mixed = campaign();
     let together = predictor(drive, &ids).predict(&values, &[]).unwrap().angle_rad;
     for run in [1, 2, 3] {
@@ -350,7 +350,7 @@ fn friction_satisfies_its_equation() {
     let (_, drive) = &drives()[2];
     let (radius, engagement) = (4e-4, 6.0 * ARCSEC);
     let mut with = predictor(drive, &["friction_hysteresis"]);
-    let angle = with.predict(&[radius, engagement, 0.0, 0.0], &[]).unwrap().angle_rad;
+    let angle = with.predict(&[radius, engagement, 0.0, 0.0, 1.0], &[]).unwrap().angle_rad;
     let campaign = campaign();
     let (mut before, mut z) = (f64::NAN, 0.0_f64);
     for row in (0..angle.len()).filter(|row| campaign.run[*row] == 2) {
@@ -427,7 +427,7 @@ fn rows_without_solution_are_told_and_skipped() {
         column.remove(4);
     }
     without.run.remove(4);
-    for values in [[0.0, 6.0 * ARCSEC, 0.0, 0.0], [4e-4, 6.0 * ARCSEC, 0.0, 0.0]] {
+    for values in [[0.0, 6.0 * ARCSEC, 0.0, 0.0, 1.0], [4e-4, 6.0 * ARCSEC, 0.0, 0.0, 1.0]] {
         let predict = |campaign: &Campaign| {
             let rows = campaign.rows().unwrap();
             let mut predictor = Predictor::new(drive.clone(), &["friction_hysteresis"], rows).unwrap();
