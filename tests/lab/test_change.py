@@ -20,6 +20,7 @@ from cbpt.lab.change.demanded import demanded, not_of_all
 from cbpt.lab.change.loop_widths import _perhaps_different, widths_of
 from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.progress import rising
 from cbpt.lab.change.reproducibility import dispersed, dispersion_of, with_set_ups
 from cbpt.lab.change.shared import fit_shared
 from cbpt.lab.inference.fit import Fitter
@@ -567,3 +568,18 @@ def test_a_change_tells_how_much_runs_of_one_level_differ() -> None:
     note = found(loops(1.0), loops(1.5, seed=2)).notes[-1]
     differ = re.search(r"runs with the same torques differ by ([\d.]+) arcsec", note)
     assert differ is not None and float(differ.group(1)) == pytest.approx(2.0, rel=0.25)
+
+
+def test_a_table_held_against_itself_is_told_so() -> None:
+    same = loops(1.0)
+    told = "the tables are the same readings, so nothing can have changed between them"
+    assert told in found(same, same).notes
+    assert told not in found(same, loops(1.0, seed=2)).notes
+
+
+def test_progress_never_goes_back_where_parts_are_done_at_once() -> None:
+    told: list[float] = []
+    tell = rising(lambda what, share: told.append(share))
+    for share in (0.2, 0.6, 0.4, 0.7):
+        tell("", share)
+    assert told == [0.2, 0.6, 0.6, 0.7]

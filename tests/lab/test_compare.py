@@ -11,6 +11,7 @@ import json
 import pickle
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -228,6 +229,12 @@ def test_what_cannot_be_compared_is_refused() -> None:
         compare(base(), "no_such.csv")
     with pytest.raises(TypeError, match="int"):
         compare(base(), 7)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("verb", [compare, cbpt.diagnose])
+def test_a_table_in_place_of_the_case_is_told_so(verb: Callable[..., object]) -> None:
+    with pytest.raises(cbpt.InvalidInputError, match=r"the case comes first: .*toml, then .*csv"):
+        verb(CAMPAIGNS / "dev03.csv", CAMPAIGNS / "dev03.toml")
 
 
 def test_an_effect_of_the_case_is_part_of_the_model() -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -27,7 +26,7 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, Rung
 from cbpt.lab.diagnosis.misfit import as_rows, columns_of
 from cbpt.lab.diagnosis.noise_statement import noise_floor, noise_of
 from cbpt.lab.diagnosis.ranking import ranking
-from cbpt.lab.diagnosis.report import label_of, lines
+from cbpt.lab.diagnosis.report import label_of, lines, together
 from cbpt.lab.diagnosis.sentence import Say as Telling
 from cbpt.lab.diagnosis.sentence import sentence
 from cbpt.lab.diagnosis.unexplained import card
@@ -103,16 +102,16 @@ class Diagnosis(DiagnosisData):
         }
         undecided = self.verdict.kind == "undecided" and bool(probable)
         names = next(iter(probable)) if undecided else self.verdict.names
-        rivals = {named_as(other): self.fit_of(other) for other in probable if other != names}
+        rivals = {together(other): self.fit_of(other) for other in probable if other != names}
         for group in self.verdict.rivals:
             for rival in set(group) - set(names):
                 other = tuple(sorted({*set(names) - set(group), rival}))
                 if other in self.competition.fits:
-                    rivals[named_as(other)] = self.fit_of(other)
+                    rivals[together(other)] = self.fit_of(other)
         if not undecided:
             for number, mode in enumerate(self.after.other_modes, 2):
-                rivals[f"{named_as(names)}, solution {number}"] = mode
-        open_yet = f"which effects are at work is undecided; this is by {named_as(names)}"
+                rivals[f"{together(names)}, solution {number}"] = mode
+        open_yet = f"which effects are at work is undecided; this is by {together(names)}"
         return angle_at(
             self.competition.fitter,
             self.fit_of(names) if undecided else self.after,
@@ -372,11 +371,6 @@ class Diagnosis(DiagnosisData):
             html.folded("the whole report", self.report()),
         )
         return "".join(parts)
-
-
-def named_as(effects: Sequence[str]) -> str:
-    """A set of effects in words."""
-    return " + ".join(effects) or "parameters refitted"
 
 
 def prior_odds() -> dict[str, float]:

@@ -104,7 +104,12 @@ def _probabilities(document: Mapping[str, Any]) -> Iterator[str]:
 def label_of(combination: Mapping[str, Any]) -> str:
     """The effects of a combination."""
     unnamed = ["an effect without a name"] if combination["unnamed"] else []
-    return " + ".join([*combination["effects"], *unnamed]) or "parameters refitted"
+    return together([*combination["effects"], *unnamed])
+
+
+def together(effects: Sequence[str]) -> str:
+    """Effects of one set in words."""
+    return " + ".join(effects) or "parameters refitted"
 
 
 def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:

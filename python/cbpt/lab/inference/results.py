@@ -400,4 +400,4 @@ def _notes(load: AtLoad | None) -> Iterator[str]:
         yield "Loads beyond those of the readings are extrapolated; u does not cover that."
     for name, angles in load.by_rival_arcsec.items():
         there = ", ".join(rounded(angle, 4) for angle in angles)
-        yield f"By {name} instead: {there} arcsec."
+        yield f"By another probable combination, {name}: {there} arcsec."

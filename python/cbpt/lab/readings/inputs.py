@@ -13,15 +13,10 @@ from cbpt._core import Case, Drive
 from cbpt.errors import InvalidInputError
 from cbpt.lab.readings.reader import Readings, read_readings
 
-_TABLES = {".csv", ".xlsx", ".xls", ".ods", ".mat", ".tdms", ".parquet"}
-"""Endings of files that are no case."""
-
 
 def case_of(case: Case | Drive | str | os.PathLike[str] | Mapping[str, Any]) -> Case | Drive:
     """The case in any of its forms."""
     if isinstance(case, (str, os.PathLike)):
-        if Path(case).suffix.lower() in _TABLES:
-            raise InvalidInputError(f"{case} looks like a table of readings: the case comes first")
         return Case.from_file(case)
     if isinstance(case, Mapping):
         return Case.from_dict(dict(case))
@@ -41,6 +36,8 @@ def case_and_readings(
     by: str | None = None,
 ) -> tuple[Case | Drive, Readings]:
     """The case, and the readings with what the case fills in: lever arm, preload, input angle."""
+    if _is_case(data) and isinstance(case, (str, os.PathLike)) and not _is_case(case):
+        raise InvalidInputError(f"the case comes first: {data}, then {case}")
     case = case_of(case)
     lever_arm_mm, fill = filled_in(case)
     if not isinstance(data, Readings):
@@ -58,6 +55,11 @@ def case_and_readings(
     elif only or by:
         raise TypeError("only and by are read with the table: pass a path or columns, not Readings")
     return case, data
+
+
+def _is_case(given: object) -> bool:
+    """Whether something is the name of a case file."""
+    return isinstance(given, (str, os.PathLike)) and Path(given).suffix.lower() == ".toml"
 
 
 def filled_in(case: Case | Drive) -> tuple[float | None, dict[str, float]]:
