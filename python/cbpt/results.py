@@ -151,9 +151,8 @@ def solve_many(
     Raises
     ------
     InvalidInputError
-        A number is not possible (the message has its index), complex or masked.
-    ValueError
-        The shapes do not broadcast.
+        A number is not possible (the message has its index), complex or masked; or the shapes do
+        not broadcast.
 
     Examples
     --------
@@ -163,10 +162,8 @@ def solve_many(
     >>> angles.elastic_angle_arcsec.shape
     (2, 2)
     """
-    torque, preload, angle = np.broadcast_arrays(
-        _real("torque_Nm", torque_Nm),
-        _real("preload_N", preload_N),
-        _real("input_angle_deg", input_angle_deg),
+    torque, preload, angle = loads_of(
+        torque_Nm=torque_Nm, preload_N=preload_N, input_angle_deg=input_angle_deg
     )
     shape = torque.shape
     t, n, a = (np.ascontiguousarray(x).reshape(-1) for x in (torque, preload, np.deg2rad(angle)))
@@ -232,6 +229,19 @@ def _with_effects(
         status=np.array(status, dtype=np.str_).reshape(torque.shape),
         shown_rad=shaped([part.angle_rad for part in found]),
     )
+
+
+def loads_of(**loads: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+    """Loads as arrays of one shape, by name; an `InvalidInputError` where they cannot be that."""
+    arrays = [_real(name, values) for name, values in loads.items()]
+    try:
+        return np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = [f"{name} has the shape {a.shape}" for name, a in zip(loads, arrays, strict=True)]
+        raise InvalidInputError(
+            f"{', '.join(shapes)}, but they must broadcast to one: give one number or as many in "
+            "each"
+        ) from None
 
 
 def _real(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -83,6 +83,8 @@ def test_loads_broadcast_as_in_numpy() -> None:
     assert all(array.shape == (4, 3) and array.dtype == np.float64 for array in arrays)
     assert many.status.shape == many.has_solution.shape == (4, 3)
     assert many.has_solution.dtype == np.bool_
+    with pytest.raises(InvalidInputError, match=r"torque_Nm has the shape \(4, 1\).*broadcast"):
+        solve_many(drive, torque, np.full((2, 2, 3), 600.0), [7, 8])
     alone = drive.solve(5, 600, 7).elastic_angle_rad
     assert many.elastic_angle_rad[3, 2] == pytest.approx(alone, rel=1e-10)
     assert solve_many(drive, 5, 600).elastic_angle_rad.shape == ()

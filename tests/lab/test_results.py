@@ -217,8 +217,8 @@ def test_beyond_the_readings_is_told() -> None:
         ((np.nan, 600.0, 0.0), "torque_Nm = nan"),
         ((1.0, 0.0, 0.0), "preload_N = 0: expected a finite number above 0"),
         ((1.0, 600.0, np.inf), "input_angle_deg = inf"),
-        (([1.0, 2.0], [1.0, 2.0, 3.0], 0.0), "arrays of the same shape"),
-        (("a", 600.0, 0.0), "expected numbers"),
+        (([1.0, 2.0], [1.0, 2.0, 3.0], 0.0), "they must broadcast to one"),
+        (("a", 600.0, 0.0), "torque_Nm holds <U1, but must hold numbers"),
     ],
 )
 def test_loads_that_cannot_be(load: tuple[float, float, float], found: str) -> None:

@@ -20,7 +20,7 @@ from cbpt._core import Case, Drive, friction_of_loads
 from cbpt.design.judge import at_load, effects_of, judge
 from cbpt.figures.preload_window import WindowPicture, draw_window
 from cbpt.lab.readings.inputs import case_of
-from cbpt.results import ARCSEC_PER_RAD
+from cbpt.results import ARCSEC_PER_RAD, loads_of
 
 __all__ = ["Costs", "FrictionMap", "friction", "friction_map"]
 
@@ -253,9 +253,7 @@ def friction_map(
     found = case_of(case)
     if coefficient is None:
         coefficient = found.friction_coefficient if isinstance(found, Case) else 0.1
-    torque, preload = np.broadcast_arrays(
-        np.asarray(torque_Nm, dtype=np.float64), np.asarray(preload_N, dtype=np.float64)
-    )
+    torque, preload = loads_of(torque_Nm=torque_Nm, preload_N=preload_N)
     report = None if progress is None else (lambda done: progress(done, torque.size))
     drive = found.drive if isinstance(found, Case) else found
     mean, least, largest, efficiency, wear, names = friction_of_loads(

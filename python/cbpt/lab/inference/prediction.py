@@ -30,6 +30,7 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.model.table_curve import curve_errors
 from cbpt.lab.readings.reader import Readings
+from cbpt.results import loads_of
 
 Floats = NDArray[np.float64]
 
@@ -209,18 +210,14 @@ def load_of_choice(
 
 
 def _checked(*loads: ArrayLike | None) -> tuple[Floats, ...]:
-    if any(load is None for load in loads):
+    given = [load for load in loads if load is not None]
+    if len(given) < len(loads):
         raise InvalidInputError(
             "preload_N is missing: give the preload at which the angle is computed"
         )
-    try:
-        arrays = np.broadcast_arrays(*(np.asarray(load, dtype=np.float64) for load in loads))
-    except (TypeError, ValueError):
-        raise InvalidInputError(
-            "torque_Nm, preload_N and input_angle_deg: expected numbers, or arrays of the same "
-            "shape"
-        ) from None
-    for name, array in zip(("torque_Nm", "preload_N", "input_angle_deg"), arrays, strict=True):
+    names = "torque_Nm", "preload_N", "input_angle_deg"
+    arrays = loads_of(**dict(zip(names, given, strict=True)))
+    for name, array in zip(names, arrays, strict=True):
         bad = ~np.isfinite(array) | ((array <= 0) if name == "preload_N" else False)
         if bad.any():
             least = " above 0" if name == "preload_N" else ""
