@@ -208,7 +208,7 @@ def test_a_sheet_as_people_write_it(tmp_path: Path) -> None:
     assert read.time_s is not None
     np.testing.assert_allclose(read.time_s, [0, 1, 2.5, 60], atol=1e-6)
     assert read.line.tolist() == [6, 7, 9, 10]
-    assert any("rows 1 to 1 above the headers" in note for note in read.notes)
+    assert any("rows above the headers were skipped (1 to 1)" in note for note in read.notes)
     assert any("ignored column 'remark': row 9 has 'slipped?'" in note for note in read.notes)
 
 
@@ -489,3 +489,19 @@ def test_a_missing_library_is_named(
 
 def test_a_text_table_has_no_sheets(tmp_path: Path) -> None:
     assert "a file with the sheet 'A'" in str(refused(CAMPAIGNS[0], sheet="A"))
+
+
+def test_text_above_the_headers_is_skipped(tmp_path: Path) -> None:
+    """As test rigs write it, in German."""
+    path = tmp_path / "lauf.csv"
+    path.write_text(
+        "Getriebe A, 12.11.2026; Prüfer: Müller; 600 N\n\n"
+        "Zeit;Drehmoment;Verdrehwinkel;Lauf\n[s];[Nm];[arcmin];\n"
+        "0,5;1,0;0,05;1\n1,5;2,0;0,10;1\n",
+        encoding="utf-8",
+    )
+    read = read_readings(path, need_preload=False)
+    assert read.torque_Nm.tolist() == [1, 2]
+    assert read.elastic_angle_arcsec == pytest.approx([3, 6])
+    assert read.line.tolist() == [5, 6]
+    assert any("above the headers" in note and "(line 1)" in note for note in read.notes)

@@ -114,15 +114,16 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 CONTRACT: tuple[Quantity, ...] = (
-    Quantity("run", "", "", _names("run, run no, run number, run id, test run")),
-    Quantity("time", "time", "s", _names("time, elapsed time"), ("t",)),
+    Quantity("run", "", "", _names("run, run no, run number, run id, test run, lauf, versuch")),
+    Quantity("time", "time", "s", _names("time, elapsed time, zeit"), ("t",)),
     Quantity(
         "torque",
         "torque",
         "N m",
         _names(
             "torque, output torque, load torque, loading torque, applied torque, "
-            "resistance torque, brake torque, moment, load moment, output moment"
+            "resistance torque, brake torque, moment, load moment, output moment, "
+            "drehmoment, lastmoment, abtriebsmoment"
         ),
         _names("t, m, m0, m 0"),
     ),
@@ -132,7 +133,8 @@ CONTRACT: tuple[Quantity, ...] = (
         "N",
         _names(
             "preload, pre load, preload force, preloading force, axial preload, "
-            "axial preload force, axial force, pretightening force, axial pretightening force, apf"
+            "axial preload force, axial force, pretightening force, axial pretightening force, "
+            "apf, vorspannung, vorspannkraft, axialkraft"
         ),
         _names("n z, nz"),
     ),
@@ -140,17 +142,21 @@ CONTRACT: tuple[Quantity, ...] = (
         "input_angle",
         "angle",
         "deg",
-        _names("input angle, input shaft angle, input rotation, crank angle"),
+        _names(
+            "input angle, input shaft angle, input rotation, crank angle, eingangswinkel, "
+            "antriebswinkel"
+        ),
         _names("theta, θ"),
     ),
-    Quantity("temperature", "temperature", "degC", _names("temperature, temp"), ("t",)),
+    Quantity("temperature", "temperature", "degC", _names("temperature, temp, temperatur"), ("t",)),
     Quantity(
         "elastic_angle",
         "angle",
         "arcsec",
         _names(
             "elastic angle, elastic rotation angle, elastic torsion angle, torsion angle, "
-            "torsional angle, twist angle, angle of twist, twist"
+            "torsional angle, twist angle, angle of twist, twist, verdrehwinkel, torsionswinkel, "
+            "verdrehung"
         ),
         _names("alpha, α"),
     ),
@@ -164,7 +170,7 @@ CONTRACT: tuple[Quantity, ...] = (
         ),
         _names("u, u alpha, u α, sigma, σ, sigma alpha, σ α"),
     ),
-    Quantity("cycle", "", "", _names("cycle, cycle no, cycle number")),
+    Quantity("cycle", "", "", _names("cycle, cycle no, cycle number, zyklus")),
     Quantity("preload_step", "", "", _names("preload step, preload setting, preload stage")),
     Quantity(
         "sensor_displacement",

@@ -101,7 +101,7 @@ def _sheet(file: File, name: str, rows: NDArray[Any], columns: Sequence[NDArray[
     """
     at, header, units = _headers(file, rows, columns)
     first = at + 1 + bool(units)
-    notes = (f"rows {rows[0] + 1} to {rows[at - 1] + 1} above the headers were skipped",)
+    notes = (f"rows above the headers were skipped ({rows[0] + 1} to {rows[at - 1] + 1})",)
     values = [_of_cells(column[first:].tolist()) for column in columns]
     kept = [i for i, each in enumerate(header) if each or any(map(_full, values[i].tolist()))]
     headers = [header[i] for i in kept]

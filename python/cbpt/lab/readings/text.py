@@ -44,6 +44,7 @@ __all__ = [
 ]
 
 MOST_COLUMNS = 1000
+_MOST_TITLE = 60  # lines in which the first row of numbers is looked for
 _BLOCK = 50_000  # rows; large enough for numpy, small enough to keep the text of few cells alive
 
 
@@ -115,6 +116,10 @@ def read_text(source: str, raw: bytes) -> Table:
     if not kept:
         found = f"{len(comments)} comment lines and nothing else" if comments else "an empty file"
         raise wrong(source, "", found, "a line of headers and a row for each reading")
+    title = _title(kept, separator)
+    if title:
+        notes += (f"lines above the headers were skipped{_at(numbers[:title])}",)
+        kept, numbers = kept[title:], numbers[title:]
     separator = separator or _separator(kept)
 
     rows = csv.reader(kept, delimiter=separator, skipinitialspace=True, strict=True)
@@ -240,6 +245,30 @@ def _separator(kept: list[str]) -> str:
         if len(counts) == 1:
             return mark
     return inside[0] if inside else ","
+
+
+def _title(kept: list[str], separator: str) -> int:
+    """How many lines of text stand above the headers: of none as many cells as these and the first
+    row of numbers have."""
+    for mark in separator or ";\t,":
+        try:
+            rows = [next(csv.reader([line], delimiter=mark)) for line in kept[:_MOST_TITLE]]
+        except (csv.Error, StopIteration):
+            continue
+        widths = [len(row) for row in rows]
+        body = next((i for i, row in enumerate(rows) if _is_of_numbers(row)), 0)
+        if body < 2:
+            continue
+        header = body - 2 if is_unit_row(rows[body - 1], rows[body]) else body - 1
+        if widths[header] == widths[body] and widths[body] not in widths[:header]:
+            return header
+    return 0
+
+
+def _is_of_numbers(cells: list[str]) -> bool:
+    """Whether most of two cells or more are numbers."""
+    filled = [cell for cell in cells if cell.strip()]
+    return len(filled) > 1 and 2 * sum(map(_is_number, filled)) > len(filled)
 
 
 def check_headers(source: str, header: list[str], line: int, lines: Sequence[str] = ()) -> None:
