@@ -114,6 +114,11 @@ class Case:
         """
         Torque of ``[load]``, N m, or ``None``.
         """
+    @property
+    def torque_turns(self, /) -> str:
+        """
+        Where the torque of a ramp turns back that was read at times: ``where_ramps_meet`` or ``at_readings``.
+        """
     def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]] | list[tuple[str | OwnEffect, dict[str, float]]]") -> Case:
         """
         The case with these effects in place of its own: ids of the library, each with parameters named as in a case file
@@ -132,6 +137,10 @@ class Case:
         The case with other values of numbers of its drive and load, named in SI (``deceleration.ball_radius_m``).
 
         Raises ``InvalidInputError`` for an unknown name or an invalid value.
+        """
+    def with_torque_turns(self, /, word: str) -> Case:
+        """
+        The case with another ``torque_turns``. Raises ``InvalidInputError`` for any other word.
         """
     @property
     def zero(self, /) -> str:
@@ -1184,7 +1193,7 @@ class Predictor:
         """
         Another one like it, for a thread of its own.
         """
-    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None) -> Predictor: ...
+    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None, turns_at_readings: bool = False) -> Predictor: ...
     def __repr__(self, /) -> str: ...
     def cold(self, /) -> None:
         """
@@ -1229,6 +1238,11 @@ class Predictor:
         row without solution has its status, NaN angle and NaN derivatives.
         """
     @property
+    def readings_are_means(self, /) -> bool:
+        """
+        Whether the readings are means over time, from halfway to the one before to halfway to the next, as those over turns say.
+        """
+    @property
     def runs_repeated_before(self, /) -> int:
         """
         How many runs go on from a repetition of themselves that nobody measured.
@@ -1241,6 +1255,11 @@ class Predictor:
     def start_anew(self, /) -> None:
         """
         From now on every run is loaded from rest: friction has faded, or was released, since the run before.
+        """
+    @property
+    def turns_between_readings(self, /) -> int:
+        """
+        At how many places the torque turned back between readings, as both ramps beside them say.
         """
 
 @final

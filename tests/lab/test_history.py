@@ -162,7 +162,7 @@ def test_loops_of_a_spring_say_it_too(clocks: bool, carried: bool, told: list[st
     timed = replace(measured, history="by_clock")
     both, alike = with_their_history([timed, timed])
     assert [campaign.history for campaign in both] == 2 * [found.history]
-    assert alike == 2 * (notes or [""])
+    assert alike == [notes, notes]
     assert notes_of_levels(["before", "after"], alike) == notes
 
 

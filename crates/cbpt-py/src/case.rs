@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cbpt_cli::case::{BetweenRuns, Case as RustCase, Zero};
+use cbpt_cli::case::{BetweenRuns, Case as RustCase, TorqueTurns, Zero};
 use cbpt_cli::commands::friction::{self, Asked, Costs};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
@@ -154,6 +154,25 @@ impl Case {
         };
         let mut case = self.case.clone();
         case.measurement.friction_between_runs = *between;
+        Ok(Self { case })
+    }
+
+    /// Where the torque of a ramp turns back that was read at times: ``where_ramps_meet`` or ``at_readings``.
+    #[getter]
+    fn torque_turns(&self) -> &'static str {
+        let own = self.case.measurement.torque_turns;
+        TorqueTurns::WORDS.iter().find(|(_, turns)| *turns == own).map_or("", |(word, _)| word)
+    }
+
+    /// The case with another ``torque_turns``. Raises ``InvalidInputError`` for any other word.
+    fn with_torque_turns(&self, py: Python<'_>, word: &str) -> PyResult<Self> {
+        let found = TorqueTurns::WORDS.iter().find(|(known, _)| *known == word);
+        let Some((_, turns)) = found else {
+            let rule = format!("is none of {}", TorqueTurns::WORDS.map(|(known, _)| known).join(", "));
+            return Err(invalid_input(py, &InvalidInput::new("torque_turns", word, rule)));
+        };
+        let mut case = self.case.clone();
+        case.measurement.torque_turns = *turns;
         Ok(Self { case })
     }
 

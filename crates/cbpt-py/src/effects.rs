@@ -298,7 +298,7 @@ impl Predictor {
 #[pymethods]
 impl Predictor {
     #[new]
-    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None))]
+    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None, turns_at_readings = false))]
     #[expect(clippy::too_many_arguments, reason = "the columns of a table")]
     fn new(
         py: Python<'_>,
@@ -311,13 +311,15 @@ impl Predictor {
         input_angle_rad: Floats<'_>,
         temperature_K: Option<Floats<'_>>,
         cycle: Option<Floats<'_>>,
+        turns_at_readings: bool,
     ) -> PyResult<Self> {
         let column = |values: &Floats<'_>| values.view().to_vec();
         let (time, torque) = (column(&time_s), column(&torque_Nm));
         let preload = preload_N.as_ref().map(column);
         let (angle, temperature) = (column(&input_angle_rad), temperature_K.as_ref().map(column));
         let cycle = cycle.as_ref().map(column);
-        let rows = Rows::new(Columns {
+        let new = if turns_at_readings { Rows::that_turn_at_readings } else { Rows::new };
+        let rows = new(Columns {
             run: &run.view().to_vec(),
             time_s: &time,
             torque_Nm: &torque,
@@ -396,6 +398,18 @@ impl Predictor {
     #[getter]
     fn runs_repeated_before(&self, py: Python<'_>) -> usize {
         self.look(py, |predictor| predictor.rows().runs_repeated_before())
+    }
+
+    /// At how many places the torque turned back between readings, as both ramps beside them say.
+    #[getter]
+    fn turns_between_readings(&self, py: Python<'_>) -> usize {
+        self.look(py, |predictor| predictor.rows().turns_between_readings())
+    }
+
+    /// Whether the readings are means over time, from halfway to the one before to halfway to the next, as those over turns say.
+    #[getter]
+    fn readings_are_means(&self, py: Python<'_>) -> bool {
+        self.look(py, |predictor| predictor.rows().are_means())
     }
 
     /// From now on every run is loaded from rest: friction has faded, or was released, since the run before.

@@ -103,7 +103,7 @@ def draw_diagnosis(
     angle, before, after, ladder = _panels(figure)
     _draw_angle(angle, d)
     _draw_residual(before, d, d.residual_before_arcsec, "as stated", angle_unit)
-    _draw_residual(after, d, d.residual_after_arcsec, "as diagnosed", angle_unit)
+    _draw_residual(after, d, d.residual_after_arcsec, "as fitted", angle_unit)
     _draw_ladder(ladder, d, angle_unit)
     angle.set_ylabel(f"elastic angle ({angle_unit})")
     _draw_legend(angle, d.points)
@@ -236,7 +236,7 @@ def _draw_legend(axes: Axes, points: Points) -> None:
         handles.append(Line2D([], [], ls="", label=f"and {len(names) - _NAMED} more settings"))
     handles += [
         Line2D([], [], color="0.3", lw=1.0, ls=_DASHED, label="model as stated"),
-        Line2D([], [], color="0.3", lw=1.4, label="model as diagnosed"),
+        Line2D([], [], color="0.3", lw=1.4, label="model as fitted"),
     ]
     handles += [
         Line2D([], [], ls="", marker=marker, color="0.3", label=f"reading, {name}")

@@ -360,6 +360,8 @@ fn measurement() -> Section {
     let zero = "whether all runs share one zero of the angle or each run has its own";
     let between = "where a run begins as the one before it ended: whether friction goes on if both have one clock \
                    (time_s goes on), was released, or goes on whatever the clocks";
+    let turns = "where the torque of a ramp turns back that was read at times: where the ramps on both sides meet, or at \
+                 a reading, as of a torque that was set and held";
     let lever = "radius at which the displacement sensor measures; readings of displacement need it";
     Section {
         name: "measurement",
@@ -370,6 +372,7 @@ fn measurement() -> Section {
             Key::choice("zero", &["common", "per_run"], zero).by_default(),
             Key::quantity("lever_arm", Quantity::Length, "mm", 0.1, lever).optional(),
             Key::choice("friction_between_runs", &["by_clock", "released", "carried"], between).by_default(),
+            Key::choice("torque_turns", &["where_ramps_meet", "at_readings"], turns).by_default(),
         ],
     }
 }

@@ -117,6 +117,24 @@ pub struct Measurement {
     pub lever_arm_m: Option<f64>,
     /// What becomes of friction from one run to the next.
     pub friction_between_runs: BetweenRuns,
+    /// Where the torque of a ramp turns back.
+    pub torque_turns: TorqueTurns,
+}
+
+/// Where the torque of a ramp turns back that was read at times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TorqueTurns {
+    /// Where the ramps on both sides meet.
+    #[default]
+    WhereRampsMeet,
+    /// At a reading.
+    AtReadings,
+}
+
+impl TorqueTurns {
+    /// By the words of a case file.
+    pub const WORDS: [(&str, Self); 2] =
+        [("where_ramps_meet", Self::WhereRampsMeet), ("at_readings", Self::AtReadings)];
 }
 
 /// `[rating]`.

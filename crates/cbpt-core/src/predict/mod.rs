@@ -1,6 +1,6 @@
 //! A reducer with effects on a table of readings: what an ideal instrument would show, row by row.
 //!
-//! - [`rows`]: the readings' columns, checked once;
+//! - [`rows`]: the readings' columns, checked once; `turns`: where the torque turned back between readings;
 //! - `chain`: the effects along one row, port by port; `own`: those of the user's own, on all rows at once; `added`: what
 //!   these add to a row ahead of its meshing points;
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
@@ -27,6 +27,7 @@ mod site;
 pub mod slots;
 mod spring;
 mod table;
+mod turns;
 
 use std::sync::Arc;
 

@@ -3,6 +3,9 @@
 //! History goes by time: runs follow each other by their first times, wherever they stand in the table. Runs that overlap in
 //! time have each a clock of its own, which starts again with the run; then their order is that of the table.
 //!
+//! Where a ramp turned back between its readings the turn is a row of its own, which nobody measured, and a reading that is a
+//! mean over it has a row on either side (`turns`).
+//!
 //! A run goes on from where the one before it ended, and is not loaded from rest, if nothing between them says otherwise
 //! (`Rows::histories`); or the clocks are no matter ([`History`]).
 
@@ -12,6 +15,8 @@ use crate::drive::Load;
 use crate::effect::port::Row;
 use crate::effect::torque_rate::{Rate, rates};
 use crate::error::{InvalidInput, require, require_positive};
+
+use super::turns::{Moment, Sampling, Turn, moments, sampling, scatter_Nm, turns};
 
 /// Columns of a table of readings, all of one length.
 #[derive(Debug, Clone, Copy)]
@@ -54,6 +59,10 @@ pub struct Rows {
     rows: Vec<Row>,
     /// Place in the table of each of `rows`.
     places: Vec<usize>,
+    /// Share of its reading that each of `rows` is.
+    shares: Vec<f64>,
+    /// How many readings.
+    count: usize,
     /// Where each run begins in `rows`, and the end of the last.
     starts: Vec<usize>,
     /// Whether the runs follow each other in time, by one clock.
@@ -69,6 +78,18 @@ impl Rows {
     /// # Errors
     /// [`InvalidInput`] names the first column and row that cannot be, and what is required.
     pub fn new(columns: Columns<'_>) -> Result<Self, InvalidInput> {
+        Self::of(&columns, true)
+    }
+
+    /// The same of torques that turned back at readings, wherever ramps through them would meet.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn that_turn_at_readings(columns: Columns<'_>) -> Result<Self, InvalidInput> {
+        Self::of(&columns, false)
+    }
+
+    fn of(columns: &Columns<'_>, between: bool) -> Result<Self, InvalidInput> {
         let count = columns.run.len();
         require(count > 0, "run", "no reading", "at least one reading is needed")?;
         let same = |name: &str, length: usize| {
@@ -100,7 +121,7 @@ impl Rows {
         for (index, preload) in columns.preload_N.unwrap_or_default().iter().enumerate() {
             require_positive(format_args!("preload_N[{index}]"), *preload)?;
         }
-        Self::in_runs(&columns)
+        Self::in_runs(columns, between)
     }
 
     /// Single loads, each a table of its own: one reading at time 0, loaded from rest.
@@ -123,6 +144,8 @@ impl Rows {
         Self {
             rows: loads.iter().enumerate().map(row).collect(),
             places: (0..loads.len()).collect(),
+            shares: vec![1.0; loads.len()],
+            count: loads.len(),
             starts: (0..=loads.len()).collect(),
             one_clock: false,
             history: History::ByClock,
@@ -131,72 +154,62 @@ impl Rows {
         }
     }
 
-    fn in_runs(columns: &Columns<'_>) -> Result<Self, InvalidInput> {
-        let mut number_of: HashMap<i64, usize> = HashMap::new();
-        let mut runs: Vec<Vec<usize>> = Vec::new();
-        for (place, run) in columns.run.iter().enumerate() {
-            let number = *number_of.entry(*run).or_insert(runs.len());
-            if number == runs.len() {
-                runs.push(Vec::new());
-            }
-            if let Some(&before) = runs[number].last() {
-                require(
-                    columns.time_s[place] >= columns.time_s[before],
-                    format_args!("time_s[{place}]"),
-                    columns.time_s[place],
-                    "must not be earlier than the reading before it in the same run",
-                )?;
-            }
-            runs[number].push(place);
-        }
-        let one_clock = by_time(&mut runs, columns.time_s);
-        let mut in_order: Vec<usize> = (0..columns.run.len()).collect();
+    fn in_runs(columns: &Columns<'_>, between: bool) -> Result<Self, InvalidInput> {
+        let (runs, one_clock) = runs_of(columns)?;
+        let (samples, starts) = samples(columns, &runs, between);
+        let mut in_order: Vec<usize> = (0..samples.len()).collect();
         if one_clock {
-            in_order.sort_by(|&a, &b| columns.time_s[a].total_cmp(&columns.time_s[b]));
+            in_order.sort_by(|&a, &b| samples[a].time_s.total_cmp(&samples[b].time_s));
         }
-        let first = in_order[0];
-        let largest = columns.torque_Nm.iter().fold(0.0, |a: f64, torque| a.max(torque.abs()));
-        let shares = largest_shares(columns.torque_Nm, &in_order, largest);
-        let mut this = Self {
-            rows: Vec::with_capacity(shares.len()),
-            places: Vec::with_capacity(shares.len()),
-            starts: vec![0],
+        let first = samples[in_order[0]];
+        let torque_Nm: Vec<f64> = samples.iter().map(|sample| sample.torque_Nm).collect();
+        let largest = torque_Nm.iter().fold(0.0, |a: f64, torque| a.max(torque.abs()));
+        let largest_shares = largest_shares(&torque_Nm, &in_order, largest);
+        let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
+        let mut rows = Vec::with_capacity(samples.len());
+        for (runs_done, bounds) in starts.windows(2).enumerate() {
+            let run = &samples[bounds[0]..bounds[1]];
+            let mut in_run: f64 = 0.0;
+            for (number, (sample, rate_share)) in run.iter().zip(rate_shares(run)).enumerate() {
+                in_run = in_run.max(sample.torque_Nm.abs());
+                let at = |column: &[f64]| column[sample.reading];
+                let temperature = columns.temperature_K.map_or(0.0, |t| at(t) - t[first.reading]);
+                rows.push(Row {
+                    place: rows.len(),
+                    torque_Nm: sample.torque_Nm,
+                    preload_N: columns.preload_N.map_or(0.0, at),
+                    input_angle_rad: at(columns.input_angle_rad),
+                    time_s: sample.time_s - first.time_s,
+                    run_time_s: sample.time_s - run[0].time_s,
+                    step_time_s: sample.time_s - run[number.saturating_sub(1)].time_s,
+                    rate_share,
+                    temperature_difference_K: temperature,
+                    largest_torque_share: largest_shares[bounds[0] + number],
+                    largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
+                    cycles_done: columns.cycle.map_or(runs_done as f64, |c| at(c) - first_cycle),
+                    direction: direction(run, number),
+                });
+            }
+        }
+        Ok(Self {
+            rows,
+            places: samples
+                .iter()
+                .map(|sample| if sample.is_turn() { UNMEASURED } else { sample.reading })
+                .collect(),
+            shares: samples.iter().map(|sample| sample.share).collect(),
+            count: columns.run.len(),
+            starts,
             one_clock,
             history: History::ByClock,
             has_temperature: columns.temperature_K.is_some(),
             has_preload: columns.preload_N.is_some(),
-        };
-        let first_cycle = columns.cycle.map_or(0.0, |c| c.iter().copied().fold(f64::INFINITY, f64::min));
-        for (runs_done, run) in runs.iter().enumerate() {
-            let mut in_run: f64 = 0.0;
-            for (number, (&place, rate_share)) in run.iter().zip(rate_shares(columns, run)).enumerate() {
-                in_run = in_run.max(columns.torque_Nm[place].abs());
-                let temperature = columns.temperature_K.map_or(0.0, |t| t[place] - t[first]);
-                this.rows.push(Row {
-                    place: this.rows.len(),
-                    torque_Nm: columns.torque_Nm[place],
-                    preload_N: columns.preload_N.map_or(0.0, |preload| preload[place]),
-                    input_angle_rad: columns.input_angle_rad[place],
-                    time_s: columns.time_s[place] - columns.time_s[first],
-                    run_time_s: columns.time_s[place] - columns.time_s[run[0]],
-                    step_time_s: columns.time_s[place] - columns.time_s[run[number.saturating_sub(1)]],
-                    rate_share,
-                    temperature_difference_K: temperature,
-                    largest_torque_share: shares[place],
-                    largest_torque_share_of_run: if largest > 0.0 { in_run / largest } else { 0.0 },
-                    cycles_done: columns.cycle.map_or(runs_done as f64, |c| c[place] - first_cycle),
-                    direction: direction(columns.torque_Nm, run, number),
-                });
-                this.places.push(place);
-            }
-            this.starts.push(this.rows.len());
-        }
-        Ok(this)
+        })
     }
 
     /// How many readings.
     pub fn len(&self) -> usize {
-        self.places.iter().filter(|place| **place != UNMEASURED).count()
+        self.count
     }
 
     /// Never: a table has at least one reading.
@@ -207,10 +220,17 @@ impl Rows {
     /// The same with another history.
     #[must_use]
     pub fn with_history(&self, history: History) -> Self {
-        let mut this =
-            Self { rows: Vec::new(), places: Vec::new(), starts: vec![0], history, ..self.clone() };
+        let mut this = Self {
+            rows: Vec::new(),
+            places: Vec::new(),
+            shares: Vec::new(),
+            starts: vec![0],
+            history,
+            ..self.clone()
+        };
         for number in (0..self.runs()).filter(|number| self.places[self.starts[*number]] != UNMEASURED) {
             let (run, places) = (&self.rows[self.run(number)], &self.places[self.run(number)]);
+            let shares = &self.shares[self.run(number)];
             let before = this.runs().checked_sub(1).map(|last| this.run(last));
             let led_to = before.is_some_and(|before| this.leads_to(&this.rows[before], run));
             if history == History::Carried && !led_to && run.len() > 2 && goes_on_from(run, run) {
@@ -221,18 +241,19 @@ impl Rows {
                     ..*row
                 });
                 let before: Vec<Row> = before.collect();
-                this.push(&before, &vec![UNMEASURED; run.len()]);
+                this.push(&before, &vec![UNMEASURED; run.len()], shares);
             }
-            this.push(run, places);
+            this.push(run, places, shares);
         }
         this
     }
 
     /// One run more.
-    fn push(&mut self, run: &[Row], places: &[usize]) {
+    fn push(&mut self, run: &[Row], places: &[usize], shares: &[f64]) {
         let first = self.rows.len();
         self.rows.extend(run.iter().enumerate().map(|(i, row)| Row { place: first + i, ..*row }));
         self.places.extend(places);
+        self.shares.extend(shares);
         self.starts.push(self.rows.len());
     }
 
@@ -244,6 +265,19 @@ impl Rows {
     /// How many runs go on from a repetition of themselves that nobody measured.
     pub fn runs_repeated_before(&self) -> usize {
         (0..self.runs()).filter(|run| self.places[self.starts[*run]] == UNMEASURED).count()
+    }
+
+    /// At how many places the torque turned back between readings.
+    pub fn turns_between_readings(&self) -> usize {
+        let measured = (0..self.runs()).map(|run| &self.places[self.run(run)]);
+        let measured = measured.filter(|run| run.first() != Some(&UNMEASURED));
+        measured.flatten().filter(|place| **place == UNMEASURED).count()
+    }
+
+    /// Whether readings are means over the time from halfway to the one before to halfway to the next; the turns between them
+    /// say so.
+    pub fn are_means(&self) -> bool {
+        self.shares.iter().any(|share| *share > 0.0 && *share < 1.0)
     }
 
     /// How many runs.
@@ -309,18 +343,33 @@ impl Rows {
         (0..self.runs()).map(|run| &self.rows[self.run(run)]).collect()
     }
 
-    /// From values run by run to the order of the table.
-    pub(super) fn in_table_order<T: Clone>(&self, by_run: &[T], width: usize) -> Vec<T> {
-        // Most tables are run by run already, and all measured.
-        if self.places.is_sorted() {
+    /// From values run by run, `width` of each row, to those of the readings in the order of the table: the means of their parts.
+    pub(super) fn means(&self, by_run: &[f64], width: usize) -> Vec<f64> {
+        // Most tables are run by run already, and each reading is one row.
+        if self.rows.len() == self.count && self.places.is_sorted() {
             return by_run.to_vec();
         }
-        let mut sorted = by_run[..self.len() * width].to_vec();
-        let rows = by_run.chunks(width.max(1)).zip(&self.places);
-        for (values, &place) in rows.filter(|(_, place)| **place != UNMEASURED) {
-            sorted[place * width..(place + 1) * width].clone_from_slice(values);
+        let mut means = vec![0.0; self.count * width];
+        for (row, (&place, share)) in self.places.iter().zip(&self.shares).enumerate() {
+            if place != UNMEASURED {
+                for (mean, value) in means[place * width..].iter_mut().zip(&by_run[row * width..][..width]) {
+                    *mean += share * value;
+                }
+            }
         }
-        sorted
+        means
+    }
+
+    /// The row that stands for each reading where a mean would say nothing, in the order of the table: its only one, or of its
+    /// parts the first, but for one that is `odd`.
+    pub(super) fn row_of_each(&self, odd: impl Fn(usize) -> bool) -> Vec<usize> {
+        let mut found: Vec<Option<usize>> = vec![None; self.count];
+        for (row, &place) in self.places.iter().enumerate().filter(|(_, place)| **place != UNMEASURED) {
+            if found[place].is_none_or(|before| odd(row) && !odd(before)) {
+                found[place] = Some(row);
+            }
+        }
+        found.into_iter().flatten().collect()
     }
 }
 
@@ -350,6 +399,29 @@ fn largest_shares(torque_Nm: &[f64], in_order: &[usize], largest_Nm: f64) -> Vec
     shares
 }
 
+/// The readings of each run, in the order of time, and whether the runs follow each other by one clock.
+fn runs_of(columns: &Columns<'_>) -> Result<(Vec<Vec<usize>>, bool), InvalidInput> {
+    let mut number_of: HashMap<i64, usize> = HashMap::new();
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    for (place, run) in columns.run.iter().enumerate() {
+        let number = *number_of.entry(*run).or_insert(runs.len());
+        if number == runs.len() {
+            runs.push(Vec::new());
+        }
+        if let Some(&before) = runs[number].last() {
+            require(
+                columns.time_s[place] >= columns.time_s[before],
+                format_args!("time_s[{place}]"),
+                columns.time_s[place],
+                "must not be earlier than the reading before it in the same run",
+            )?;
+        }
+        runs[number].push(place);
+    }
+    let one_clock = by_time(&mut runs, columns.time_s);
+    Ok((runs, one_clock))
+}
+
 /// Puts runs in the order of their first times and returns true, unless they overlap in time: then each has a clock of its
 /// own, and their order stays.
 fn by_time(runs: &mut [Vec<usize>], time_s: &[f64]) -> bool {
@@ -364,10 +436,31 @@ fn by_time(runs: &mut [Vec<usize>], time_s: &[f64]) -> bool {
     true
 }
 
-/// [`Row::rate_share`] of all readings of a run.
-fn rate_shares(columns: &Columns<'_>, run: &[usize]) -> Vec<f64> {
-    let time_s: Vec<f64> = run.iter().map(|place| columns.time_s[*place]).collect();
-    let torque_Nm: Vec<f64> = run.iter().map(|place| columns.torque_Nm[*place]).collect();
+/// What all runs did, one after the other, and where each begins and the last ends.
+fn samples(columns: &Columns<'_>, runs: &[Vec<usize>], between: bool) -> (Vec<Moment>, Vec<usize>) {
+    let read: Vec<[Vec<f64>; 2]> = runs
+        .iter()
+        .map(|run| {
+            [columns.time_s, columns.torque_Nm].map(|column| run.iter().map(|place| column[*place]).collect())
+        })
+        .collect();
+    let scatter_Nm = scatter_Nm(&read);
+    let turns: Vec<Vec<Turn>> =
+        read.iter().map(|[time_s, torque_Nm]| turns(time_s, torque_Nm, scatter_Nm)).collect();
+    let sampling = if between { sampling(&turns) } else { Sampling::AtTurns };
+    let (mut samples, mut starts) = (Vec::with_capacity(columns.run.len()), vec![0]);
+    for ((run, [time_s, torque_Nm]), turns) in runs.iter().zip(&read).zip(&turns) {
+        let in_run = moments(time_s, torque_Nm, turns, sampling);
+        samples.extend(in_run.into_iter().map(|moment| Moment { reading: run[moment.reading], ..moment }));
+        starts.push(samples.len());
+    }
+    (samples, starts)
+}
+
+/// [`Row::rate_share`] at all moments of a run.
+fn rate_shares(run: &[Moment]) -> Vec<f64> {
+    let time_s: Vec<f64> = run.iter().map(|moment| moment.time_s).collect();
+    let torque_Nm: Vec<f64> = run.iter().map(|moment| moment.torque_Nm).collect();
     let share = |(number, rate): (usize, Rate)| {
         if number == 0 || number + 1 == run.len() {
             return 1.0;
@@ -379,10 +472,10 @@ fn rate_shares(columns: &Columns<'_>, run: &[usize]) -> Vec<f64> {
     rates(&time_s, &torque_Nm).into_iter().enumerate().map(share).collect()
 }
 
-/// Sense of the torque's last change before a reading of a run; the first takes the value of the next.
-fn direction(torque_Nm: &[f64], run: &[usize], number: usize) -> f64 {
+/// Sense of the torque's last change before a moment of a run; the first takes the value of the next.
+fn direction(run: &[Moment], number: usize) -> f64 {
     let after = number.max(1);
-    let (Some(&before), Some(&now)) = (run.get(after - 1), run.get(after)) else { return 0.0 };
-    let step = torque_Nm[now] - torque_Nm[before];
+    let (Some(before), Some(now)) = (run.get(after - 1), run.get(after)) else { return 0.0 };
+    let step = now.torque_Nm - before.torque_Nm;
     if step == 0.0 { 0.0 } else { step.signum() }
 }

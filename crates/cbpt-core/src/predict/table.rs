@@ -5,7 +5,7 @@ use crate::error::InvalidInput;
 use crate::status::Status;
 
 use super::chain::Chain;
-use super::mesh::{Regime, Wanted};
+use super::mesh::Wanted;
 use super::run::{Alike, Block, RowState, Solved};
 use super::{Prediction, Predictor, seeded};
 
@@ -97,27 +97,23 @@ impl Predictor {
         let lost = |row: usize| solved[row].mesh.is_some() && !angles[row].value.is_finite();
         let of = |row: usize| solved[row].mesh.as_ref().filter(|_| !lost(row));
         let rows = 0..solved.len();
-        let status = |row: usize| if lost(row) { Status::EffectNotFinite } else { solved[row].status };
-        let status: Vec<Status> = rows.clone().map(status).collect();
         let angle = |row: usize| of(row).map_or(f64::NAN, |_| angles[row].value);
         let angle_rad: Vec<f64> = rows.clone().map(angle).collect();
-        let carrying: Vec<[usize; 2]> =
-            rows.clone().map(|row| of(row).map_or([0; 2], |mesh| mesh.carrying)).collect();
-        let regime: Vec<Option<Regime>> =
-            rows.clone().map(|row| of(row).and_then(|mesh| mesh.regime)).collect();
-        let parts: Vec<[f64; 2]> =
-            rows.clone().map(|row| of(row).map_or([f64::NAN; 2], |mesh| mesh.parts_rad)).collect();
-        let mesh_load: Vec<[f64; 2]> = solved.iter().map(|row| row.mesh_load).collect();
-        let residual: Vec<f64> = rows.map(|row| of(row).map_or(f64::NAN, |mesh| mesh.residual)).collect();
+        let parts = |row: usize| of(row).map_or([f64::NAN; 2], |mesh| mesh.parts_rad);
+        let parts_rad: Vec<f64> = rows.clone().flat_map(parts).collect();
+        let mesh_load: Vec<f64> = solved.iter().flat_map(|row| row.mesh_load).collect();
+        let told = self.rows.row_of_each(|row| of(row).is_none());
+        let status = |row: usize| if lost(row) { Status::EffectNotFinite } else { solved[row].status };
+        let residual = |row: usize| of(row).map_or(f64::NAN, |mesh| mesh.residual);
         Prediction {
-            angle_rad: self.rows.in_table_order(&angle_rad, 1),
-            status: self.rows.in_table_order(&status, 1),
-            sensitivities: self.rows.in_table_order(sensitivities, width),
-            carrying: self.rows.in_table_order(&carrying, 1),
-            regime: self.rows.in_table_order(&regime, 1),
-            parts_rad: self.rows.in_table_order(&parts, 1),
-            mesh_load: self.rows.in_table_order(&mesh_load, 1),
-            residual: self.rows.in_table_order(&residual, 1),
+            angle_rad: self.rows.means(&angle_rad, 1),
+            status: told.iter().map(|row| status(*row)).collect(),
+            sensitivities: self.rows.means(sensitivities, width),
+            carrying: told.iter().map(|row| of(*row).map_or([0; 2], |mesh| mesh.carrying)).collect(),
+            regime: told.iter().map(|row| of(*row).and_then(|mesh| mesh.regime)).collect(),
+            parts_rad: in_pairs(&self.rows.means(&parts_rad, 2)),
+            mesh_load: in_pairs(&self.rows.means(&mesh_load, 2)),
+            residual: told.iter().map(|row| residual(*row)).collect(),
         }
     }
 
@@ -143,6 +139,10 @@ const NOT_SOLVED: Dual = Dual { value: f64::NAN, partials: [f64::NAN; WIDTH] };
 /// Total angles without derivatives.
 fn totals(solved: &[Solved]) -> Vec<Dual> {
     solved.iter().map(|row| Dual::constant(row.total_rad)).collect()
+}
+
+fn in_pairs(values: &[f64]) -> Vec<[f64; 2]> {
+    values.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
 /// Two columns cut into the same groups.

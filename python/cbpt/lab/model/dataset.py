@@ -71,6 +71,8 @@ class Campaign:
     history: History = "by_clock"
     """Whether friction goes on where a run begins as the one before it ended: if both are timed by
     one clock, at no run, or by whatever clocks."""
+    turns_at_readings: bool = False
+    """Whether the torque turns back at readings, wherever ramps through them would meet."""
     zero_per_run: bool = False
     """Whether every run has an offset of its own, else all share one."""
 
@@ -116,6 +118,7 @@ class Campaign:
             history=cast("History", case.friction_between_runs)
             if isinstance(case, Case)
             else "by_clock",
+            turns_at_readings=isinstance(case, Case) and case.torque_turns == "at_readings",
             priors=stated_uncertainty(case),
             curve_errors=None if between is None else Artefact("known", between),
         )

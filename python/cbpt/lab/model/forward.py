@@ -59,6 +59,7 @@ class Assembled:
             np.deg2rad(r.input_angle_deg),
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
+            campaign.turns_at_readings,
         )
         if campaign.history == "released":
             self._predictor.start_anew()
@@ -105,6 +106,16 @@ class Assembled:
     def runs_that_go_on(self) -> int:
         """Runs that begin where the one before them ended, with the friction that it has left."""
         return self._predictor.runs_that_go_on
+
+    @property
+    def turns_between_readings(self) -> int:
+        """Places at which the torque turned back between readings."""
+        return self._predictor.turns_between_readings
+
+    @property
+    def readings_are_means(self) -> bool:
+        """Whether the readings over those show that all are means over time."""
+        return self._predictor.readings_are_means
 
     @property
     def runs_repeated_before(self) -> int:

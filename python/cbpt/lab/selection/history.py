@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from cbpt.lab.model.own_loops import FRICTION, PLAY
 from cbpt.lab.model.spring_priors import library_of
 from cbpt.lab.selection.fit_effects import fits_of_forms
 from cbpt.lab.selection.rules import RULES
+from cbpt.lab.selection.turning import with_their_turns
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
@@ -53,42 +55,43 @@ _NOTES = {
 def with_its_history(
     campaign: Campaign, named: Sequence[str] | None = None
 ) -> tuple[Campaign, list[str]]:
-    """The campaign, and a note where it is not as its clocks say. named: effects that are fitted;
-    None where they are searched."""
-    [found], [note] = with_their_history([campaign], named)
-    return found, [note] if note else []
+    """The campaign, and notes where it is not as its clocks say, or its torque turned back between
+    readings. named: effects that are fitted; None where they are searched."""
+    [found], [notes] = with_their_history([campaign], named)
+    return found, notes
 
 
 def with_their_history(
     campaigns: Sequence[Campaign], named: Sequence[str] | None = None
-) -> tuple[list[Campaign], list[str]]:
-    """The campaigns, and of each a note as above, empty where it is as its clocks say.
+) -> tuple[list[Campaign], list[list[str]]]:
+    """The campaigns, and of each the notes as above.
 
     All have the history that they follow best together, as readings of one campaign may hardly tell
     and are then not to differ from the others by it; but for those whose readings tell another one:
-    each begins after a past of its own.
+    each begins after a past of its own. Where their torques turned back is asked first.
     """
+    campaigns, of_turns = with_their_turns(campaigns, partial(_log_evidence, named=named))
     known = [_histories(campaign, named) for campaign in campaigns]
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]
     }
     best = _clearly_best(together, next(iter(together)))
-    found, notes = list[Campaign](), list[str]()
-    for campaign, odds in zip(campaigns, known, strict=True):
+    found, notes = list[Campaign](), list[list[str]]()
+    for campaign, odds, turns in zip(campaigns, known, of_turns, strict=True):
         history = _clearly_best({name: gained for name, (gained, _) in odds.items()}, best)
         note = odds[history][1]
         found.append(replace(campaign, history=history) if note else campaign)
-        notes.append(note)
+        notes.append([told for told in (turns, note) if told])
     return found, notes
 
 
-def notes_of_levels(names: Sequence[str], notes: Sequence[str]) -> list[str]:
+def notes_of_levels(names: Sequence[str], notes: Sequence[Sequence[str]]) -> list[str]:
     """The notes of all levels, each once, with the levels that it is of where it is not of all."""
     told = []
-    for note in dict.fromkeys(filter(None, notes)):
+    for note in dict.fromkeys(note for of_level in notes for note in of_level):
         of, not_of = (
-            [name for name, own in zip(names, notes, strict=True) if (own == note) == same]
-            for same in (True, False)
+            [name for name, own in zip(names, notes, strict=True) if (note in own) == has]
+            for has in (True, False)
         )
         told.append(f"{listed(of)}, unlike {listed(not_of)}: {note}" if not_of else note)
     return told

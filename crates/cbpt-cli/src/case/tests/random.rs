@@ -16,7 +16,8 @@ use crate::formula::Formula;
 
 use super::super::fields;
 use super::super::{
-    BetweenRuns, Case, EffectEntry, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero,
+    BetweenRuns, Case, EffectEntry, Friction, LoadDefaults, Measurement, Operation, Rating, TorqueTurns,
+    Uncertainty, Zero,
 };
 
 fn positive() -> impl Strategy<Value = f64> {
@@ -154,7 +155,9 @@ fn any_case() -> impl Strategy<Value = Case> {
     let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
     let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
     let between = [BetweenRuns::ByClock, BetweenRuns::Released, BetweenRuns::Carried];
-    let zeros = (any::<bool>(), proptest::sample::select(between.to_vec()));
+    let turns = [TorqueTurns::WhereRampsMeet, TorqueTurns::AtReadings];
+    let zeros =
+        (any::<bool>(), proptest::sample::select(between.to_vec()), proptest::sample::select(turns.to_vec()));
     let measurement = (zeros, option::of(positive()), option::of(positive()));
     let friction = (0.0..10.0, positive());
     let operation = (option::of(positive()), option::of(positive()), option::of(positive()), positive());
@@ -163,7 +166,7 @@ fn any_case() -> impl Strategy<Value = Case> {
         |(
             drive,
             (torque_Nm, preload_N, input_angle_rad),
-            ((per_run, friction_between_runs), lever_arm_m, rated_torque_Nm),
+            ((per_run, friction_between_runs, torque_turns), lever_arm_m, rated_torque_Nm),
             ([k, angle, torque, preload, sensor], of_drive, tolerance),
             ((coefficient, coefficient_uncertainty), (speed, inertia, mass, static_safety)),
             effects,
@@ -174,6 +177,7 @@ fn any_case() -> impl Strategy<Value = Case> {
                 zero: if per_run { Zero::PerRun } else { Zero::Common },
                 lever_arm_m,
                 friction_between_runs,
+                torque_turns,
             },
             rating: Rating { rated_torque_Nm },
             friction: Friction { coefficient, coefficient_uncertainty },

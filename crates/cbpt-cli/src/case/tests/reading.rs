@@ -11,7 +11,7 @@ use cbpt_core::{
 use serde_json::json;
 
 use super::super::{
-    BetweenRuns, Case, Friction, LoadDefaults, Measurement, Operation, Rating, Uncertainty, Zero,
+    BetweenRuns, Case, Friction, LoadDefaults, Measurement, Operation, Rating, TorqueTurns, Uncertainty, Zero,
 };
 use super::{RING, edited, message, read};
 
@@ -52,6 +52,7 @@ fn a_drive_is_read_in_si() {
             zero: Zero::Common,
             lever_arm_m: None,
             friction_between_runs: BetweenRuns::ByClock,
+            torque_turns: TorqueTurns::WhereRampsMeet,
         },
         rating: Rating::default(),
         friction: Friction::default(),
@@ -96,6 +97,7 @@ fn everything_a_case_may_hold() {
         [measurement]
         zero = "per_run"
         friction_between_runs = "released"
+        torque_turns = "at_readings"
         lever_arm_mm = 100
         [rating]
         rated_torque_Nmm = 4000
@@ -139,11 +141,13 @@ fn everything_a_case_may_hold() {
     let load =
         LoadDefaults { torque_Nm: Some(-5.0), preload_N: Some(600.0), input_angle_rad: Some(-PI / 2.0) };
     assert_eq!(case.load, load);
-    let friction_between_runs = BetweenRuns::Released;
-    assert_eq!(
-        case.measurement,
-        Measurement { zero: Zero::PerRun, lever_arm_m: Some(0.1), friction_between_runs }
-    );
+    let expected = Measurement {
+        zero: Zero::PerRun,
+        lever_arm_m: Some(0.1),
+        friction_between_runs: BetweenRuns::Released,
+        torque_turns: TorqueTurns::AtReadings,
+    };
+    assert_eq!(case.measurement, expected);
     assert_eq!(case.rating, Rating { rated_torque_Nm: Some(4.0) });
     assert_eq!(case.friction, Friction { coefficient: 0.08, coefficient_uncertainty: 0.03 });
     let operation = Operation {

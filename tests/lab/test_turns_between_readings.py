@@ -1,0 +1,132 @@
+"""Loggers with a clock: the torque turns back between readings, which may be means over time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from cbpt.lab.readings.inputs import case_of
+from cbpt.lab.selection.fit_effects import predicted
+
+Floats = NDArray[np.float64]
+SPRING = {
+    "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0},
+    "uncertainty": {"contact_stiffness_rel": 0.1},
+}
+FRICTION = {
+    "id": "friction_hysteresis",
+    "friction_torque_Nm": 0.8,
+    "engagement_angle_arcsec": 15.0,
+}
+BLOCK = 10
+"""Samples of the fast logger for each reading of the slow one."""
+
+
+def _table(run: Floats, time_s: Floats, torque_Nm: Floats, angle_arcsec: Floats) -> cbpt.Readings:
+    rows = {
+        "run": run,
+        "time_s": time_s,
+        "torque_Nm": torque_Nm,
+        "elastic_angle_arcsec": angle_arcsec,
+    }
+    return cbpt.read_readings(rows, need_preload=False)
+
+
+@cache
+def _fast() -> cbpt.Readings:
+    """Three runs of two loops at one rate, each of another size, by a fast logger."""
+    runs = list[tuple[Floats, Floats, Floats]]()
+    for run, amplitude in enumerate([9.1, 8.3, 9.7]):
+        turns = amplitude * np.array([0, 1, -1, 1, -1, 0])
+        ends = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)))]) / 8.3
+        count = int(ends[-1] / 0.02) // BLOCK * BLOCK
+        time_s: Floats = 0.02 * np.arange(count, dtype=np.float64)
+        torque: Floats = np.interp(time_s, ends, turns)
+        runs.append((np.full(count, 1.0 + run), time_s + 1000 * run, torque))
+    columns = [np.concatenate(column) for column in zip(*runs, strict=True)]
+    table = _table(columns[0], columns[1], columns[2], np.zeros(len(columns[0])))
+    angle = predicted(case_of(SPRING | {"effect": [FRICTION]}), table).elastic_angle_arcsec
+    return replace(table, elastic_angle_arcsec=angle)
+
+
+def _slow(means: bool) -> cbpt.Readings:
+    """What a slow logger makes of it: means of blocks, or one sample of each."""
+
+    def of(column: Floats) -> Floats:
+        blocks = column.reshape(-1, BLOCK)
+        return np.asarray(blocks.mean(axis=1) if means else blocks[:, 3])
+
+    fast = _fast()
+    assert fast.time_s is not None
+    run = np.asarray(fast.run_index, dtype=np.float64)
+    columns = of(run), of(fast.time_s), of(fast.torque_Nm), of(fast.elastic_angle_arcsec)
+    return _table(*columns)
+
+
+@pytest.mark.parametrize("means", [False, True])
+def test_friction_that_turned_back_between_readings_is_no_damper(means: bool) -> None:
+    """Before, both were named for certain."""
+    slow = _slow(means)
+    noise = np.random.default_rng(3).normal(0, 2.0, len(slow))
+    table = replace(
+        slow,
+        elastic_angle_arcsec=slow.elastic_angle_arcsec + noise,
+        u_elastic_angle_arcsec=np.full(len(slow), 2.0),
+    )
+    answer = cbpt.diagnose(SPRING, table)
+    found = answer.verdict
+    assert found.effects == ("friction_hysteresis",) and not found.rivals
+    note = next(note for note in answer.notes if "between readings" in note)
+    assert "12 times" in note and ("mean over the time" in note) == means
+
+
+def test_samples_are_those_of_the_fast_logger() -> None:
+    slow = _slow(means=False)
+    there = predicted(case_of(SPRING | {"effect": [FRICTION]}), slow).elastic_angle_arcsec
+    assert there == pytest.approx(slow.elastic_angle_arcsec, abs=1e-6)
+
+
+def test_means_are_those_of_the_fast_logger() -> None:
+    """But for how much the loop bends within a block, of some 900 arcsec."""
+    slow = _slow(means=True)
+    there = predicted(case_of(SPRING | {"effect": [FRICTION]}), slow).elastic_angle_arcsec
+    assert there == pytest.approx(slow.elastic_angle_arcsec, abs=4)
+
+
+def test_a_table_without_times_turns_at_its_readings() -> None:
+    slow = replace(_slow(means=True), time_s=None)
+    answer = predicted(case_of(SPRING | {"effect": [FRICTION]}), slow)
+    assert np.abs(answer.elastic_angle_arcsec - _slow(means=True).elastic_angle_arcsec).max() > 10
+
+
+@pytest.mark.parametrize("means_first", [False, True])
+def test_another_logger_is_no_change(means_first: bool) -> None:
+    tables = [_slow(means) for means in (means_first, not means_first)]
+    noisy = []
+    for seed, table in enumerate(tables):
+        noise = np.random.default_rng(seed).normal(0, 2.0, len(table))
+        noisy.append(replace(table, elastic_angle_arcsec=table.elastic_angle_arcsec + noise))
+    found = cbpt.change(SPRING, *noisy, effects=["friction_hysteresis"])
+    assert found.kind == "nothing", found.sentence
+
+
+def test_the_readings_say_that_the_torque_turned_back_at_them() -> None:
+    """As simulations have it that go from reading to reading, and rigs that hold each torque."""
+    slow = _slow(means=False)
+    held = SPRING | {"effect": [FRICTION], "measurement": {"torque_turns": "at_readings"}}
+    angle = predicted(case_of(held), slow).elastic_angle_arcsec
+    noise = np.random.default_rng(3).normal(0, 2.0, len(slow))
+    u = np.full(len(slow), 2.0)
+    table = replace(slow, elastic_angle_arcsec=angle + noise, u_elastic_angle_arcsec=u)
+    answer = cbpt.diagnose(SPRING, table)
+    assert answer.verdict.effects == ("friction_hysteresis",)
+    assert any("friction that turned back at them" in note for note in answer.notes)
+    fitted = cbpt.fit(SPRING, table, effects=["friction_hysteresis"])
+    assert fitted.case.torque_turns == "at_readings"
+    stated = cbpt.compare(fitted.case, table)
+    assert stated.overall.rmse_arcsec == pytest.approx(2.0, rel=0.2)
