@@ -53,6 +53,7 @@ SHORT: dict[Family | Wider, tuple[int, ...]] = {
     "lawless": tuple(range(18)),
     "spring": tuple(range(24)),
     "spring_artefact": tuple(range(12)),
+    "spring_logged": tuple(range(12)),
 }
 """Indices of each family in the short form."""
 FOR_EACH: dict[Family | Wider, int] = {
@@ -66,6 +67,7 @@ FOR_EACH: dict[Family | Wider, int] = {
     "lawless": 1,
     "spring": 3,
     "spring_artefact": 2,
+    "spring_logged": 2,
 }
 """Campaigns of a wider family for each of `--sets`."""
 

@@ -2,6 +2,7 @@
 
     spring_set       one campaign, with what the oracle says of it
     spring_artefact  one under an artefact of an instrument, with friction or nothing
+    spring_logged    one whose torque turns back between the readings of a logger with a clock
 
 Free are the spring's stiffness, the gains of torque and angle within their priors, and one zero.
 """
@@ -28,6 +29,9 @@ from reference.rig.springs import (
     SpringEffect,
     draw_spring,
     draw_spring_effect,
+    logged,
+    logged_rows,
+    ramped_rows,
     spring_rows,
     turned_rad,
 )
@@ -145,12 +149,29 @@ def spring_artefact(rng: np.random.Generator, noise_factor: float, index: int) -
     return made
 
 
+def spring_logged(rng: np.random.Generator, noise_factor: float, index: int) -> Campaign:
+    """Set number index: effects in turn; means of blocks and samples in turn; d = 60 and 12 in
+    turn, as turns in a wrong place are lost in the noise of weak friction."""
+    ids, turn = SETS[index % len(SETS)], index // len(SETS)
+    means = bool((index + turn) % 2)
+    return _drawn(rng, noise_factor, "white", ids, (60.0, 12.0)[turn % 2], means)[0]
+
+
 def _drawn(
-    rng: np.random.Generator, noise_factor: float, kind: str, ids: Sequence[str], d: float
+    rng: np.random.Generator,
+    noise_factor: float,
+    kind: str,
+    ids: Sequence[str],
+    d: float,
+    means: bool | None = None,
 ) -> tuple[Campaign, dict[str, Any]]:
+    """means: whether a logger with a clock takes means or samples; None where torques are set. To
+    the oracle and for d all torques are set."""
     case, stated = draw_spring(rng)
     loops, steps = int(rng.integers(2, 7)), int(rng.integers(6, 15))
-    rows = spring_rows(stated.top_Nm, loops, steps, float(rng.uniform(1.5, 6.0)), rng)
+    of_loops = stated.top_Nm, loops, steps, float(rng.uniform(1.5, 6.0)), rng
+    fast = None if means is None else ramped_rows(*of_loops)
+    rows = spring_rows(*of_loops) if fast is None else logged_rows(fast, bool(means))
     u = stated.top_rad * float(10 ** rng.uniform(-3.3, -2.3)) * noise_factor
     noise = instrument(kind, u, 1 / stated.stiffness_Nm_per_rad, rng)
     if isinstance(noise, Instrument) and noise.ripple_rad > 0:
@@ -162,7 +183,9 @@ def _drawn(
     starts = [draw_spring_effect(i, str(rng.choice(SPRING_EFFECTS[i])), rng) for i in ids]
     hidden, left = _sized(yard, starts, d) if ids else ([], [])
     loads = noise.loads(rows, rng) if isinstance(noise, Instrument) else (rows, rows)
-    read = noise.readings(turned_rad(real, loads[0], hidden), loads[0], rng)
+    angle = turned_rad(real, loads[0] if fast is None else fast, hidden)
+    angle = angle if fast is None else logged(angle, bool(means))
+    read = noise.readings(angle, loads[0], rng)
     truth: dict[str, Any] = {
         "hidden": [{"id": e.id, "form": e.form, "values": vars(e)} for e in hidden],
         "noise": plain_values(noise),

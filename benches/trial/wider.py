@@ -5,7 +5,7 @@
     coarse, artefact  nothing hidden: coarse displays, and things that instruments do
     small             6 to 40 readings, with an effect and without
     lawless           the model times random factors
-    (torsion springs: spring_sets)
+    (torsion springs, set, under artefacts and by a logger with a clock: spring_sets)
 
 Of several effects d is that of the weakest with the sizes of the others refitted too, to first
 order. What the oracle says stands beside each campaign that it can weigh.
@@ -36,7 +36,7 @@ from reference.rig.noise import NOISE_KINDS
 from trial.candidates import Signer, candidates, conditional
 from trial.evidence import likeliest, posterior, spoken
 from trial.families import RIG_CLASS, SINGLES, Draw, Setting, drawn, rivals_of
-from trial.spring_sets import spring_artefact, spring_set
+from trial.spring_sets import spring_artefact, spring_logged, spring_set
 from trial.strength import NoSuchCampaignError, draw_parameters
 
 Wider = Literal[
@@ -50,6 +50,7 @@ Wider = Literal[
     "lawless",
     "spring",
     "spring_artefact",
+    "spring_logged",
 ]
 WIDER: tuple[Wider, ...] = get_args(Wider)
 OTHERS = tuple(k for k in NOISE_KINDS if k != "white")
@@ -347,6 +348,10 @@ def _spring_artefact(draw: Draw, index: int) -> Made:
     return spring_artefact(draw.rng, draw.noise_factor, index), None
 
 
+def _spring_logged(draw: Draw, index: int) -> Made:
+    return spring_logged(draw.rng, draw.noise_factor, index), None
+
+
 _TURNS = (*ARTEFACTS[:-1] * 4, *ARTEFACTS[-1:] * 4)
 """Artefacts in the order in which they are made: the last one came to the others later."""
 
@@ -361,6 +366,7 @@ MAKERS: dict[Wider, Callable[[Draw, int], Made]] = {
     "lawless": _lawless,
     "spring": _spring,
     "spring_artefact": _spring_artefact,
+    "spring_logged": _spring_logged,
 }
 
 

@@ -99,6 +99,49 @@ def spring_rows(
     )
 
 
+BLOCK = 12
+"""Readings of a fast logger for one of a slow one."""
+
+
+def ramped_rows(
+    top_Nm: float, loops: int, steps: int, dwell_s: float, rng: np.random.Generator
+) -> Rows:
+    """What a fast logger sees of runs of one loop each at one rate, to 85 to 100 % of the torque. A
+    slow one reads so many steps up to the largest."""
+    rate = top_Nm / (steps * dwell_s)
+    runs, clock = [], 0.0
+    for _ in range(loops):
+        top = top_Nm * rng.uniform(0.85, 1.0)
+        count = int(4 * top / rate / dwell_s) * BLOCK
+        time = dwell_s / BLOCK * np.arange(count)
+        torque = np.interp(rate * time, top * np.array([0, 1, 3, 4]), top * np.array([0, 1, -1, 0]))
+        runs.append((clock + time, torque))
+        clock += float(time[-1]) + 60.0
+    nil = np.zeros(sum(len(time) for time, _ in runs))
+    return Rows(
+        run=np.repeat(np.arange(1, loops + 1), [len(time) for time, _ in runs]),
+        time_s=np.concatenate([time for time, _ in runs]),
+        torque_Nm=np.concatenate([torque for _, torque in runs]),
+        preload_N=nil,
+        input_angle_rad=nil,
+        temperature_degC=nil + 20.0,
+        cycle=np.ones(len(nil), dtype=np.int64),
+    )
+
+
+def logged_rows(fast: Rows, means: bool) -> Rows:
+    """What a slow logger makes of them."""
+    slow = fast.take(np.arange(0, len(fast), BLOCK))
+    time_s, torque_Nm = (logged(column, means) for column in (fast.time_s, fast.torque_Nm))
+    return replace(slow, time_s=time_s, torque_Nm=torque_Nm)
+
+
+def logged(column: Floats, means: bool) -> Floats:
+    """What a slow logger makes of a column of a fast one: means of blocks, or samples."""
+    blocks = column.reshape(-1, BLOCK)
+    return np.asarray(blocks.mean(axis=1) if means else blocks[:, BLOCK // 3])
+
+
 # --- the angle --------------------------------------------------------------------------------
 
 
