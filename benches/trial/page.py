@@ -26,9 +26,11 @@ form from those of the library. The diagnosis gets a case file and a table, and 
 `make trial-short` (about ten minutes: four to seventeen by the machine) and `make trial` (two to
 three hours) write this page.
 
-There are campaigns without an effect, with one, two and three, under every noise; cross-slides and
-torsion springs; coarse displays and artefacts of instruments; effects that the library lacks;
-tables of 6 to 40 readings, and tables without a law (the model times random factors).
+There are campaigns without an effect, with one, two and three, under every noise; with one that
+stands out by far (*strong*); cross-slides and torsion springs, some read by a logger with a clock,
+whose torque turns back between readings; coarse displays and artefacts of instruments; effects that
+the library lacks; tables of 6 to 40 readings, and tables without a law (the model times random
+factors).
 
 - *d* is the size of a hidden effect in standard deviations of the noise, and conditional: how far
   the weakest of the hidden effects stands out once the numbers of the drive and the sizes of the

@@ -201,9 +201,9 @@ def _spoken(outcomes: Sequence[Outcome]) -> list[Measure]:
 
 
 def _others(outcomes: Sequence[Outcome]) -> list[Measure]:
-    """Cross-slides and springs, for which no figure is asked."""
+    """Families for which no figure is asked."""
     found = []
-    for family in ("slide", "spring", "spring_logged"):
+    for family in ("strong", "slide", "spring", "spring_logged"):
         these = [o for o in _of(outcomes, family) if claims.accepted(o)]
         found += _three(f"{family}: held", "d >= 8", these, claims.all_held, (None, None))
         found += _three(f"{family}: named", "d >= 8", these, claims.named, (None, None))

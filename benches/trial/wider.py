@@ -1,7 +1,8 @@
 """Wider families: effects under every noise, coarse displays, artefacts, small and lawless tables.
 
     one, two, three   effects of a conditional strength under every noise, zeros and correlation too
-    slide             the same on cross-slides
+    strong            one effect that stands out by far, so that its form matters
+    slide             one or two on cross-slides
     coarse, artefact  nothing hidden: coarse displays, and things that instruments do
     small             6 to 40 readings, with an effect and without
     lawless           the model times random factors
@@ -43,6 +44,7 @@ Wider = Literal[
     "one",
     "two",
     "three",
+    "strong",
     "slide",
     "coarse",
     "artefact",
@@ -252,6 +254,7 @@ TWO: tuple[Slot, ...] = (
     ("other", 12.0),
 )
 THREE: tuple[Slot, ...] = (("white", 12.0), (TOGETHER, 12.0), ("white", 20.0))
+STRONG: tuple[Slot, ...] = (("white", 40.0), (TOGETHER, 40.0), ("white", 100.0), ("other", 60.0))
 SLIDE: tuple[tuple[str, float, int], ...] = (
     ("white", 8.0, 1),
     ("white", 12.0, 2),
@@ -282,6 +285,12 @@ def _two(draw: Draw, index: int) -> Made:
 def _three(draw: Draw, index: int) -> Made:
     noise, d, _ = _slot(THREE, index)
     return with_effects(draw, Wanted(noise, _ids(draw.rng, 3, noise), d))
+
+
+def _strong(draw: Draw, index: int) -> Made:
+    noise, d, turn = _slot(STRONG, index)
+    ids = _ids(draw.rng, 1, noise, first=5 * turn + 3 * (index % len(STRONG)))
+    return with_effects(draw, Wanted(noise, ids, d))
 
 
 def _slide(draw: Draw, index: int) -> Made:
@@ -359,6 +368,7 @@ MAKERS: dict[Wider, Callable[[Draw, int], Made]] = {
     "one": _one,
     "two": _two,
     "three": _three,
+    "strong": _strong,
     "slide": _slide,
     "coarse": _coarse,
     "artefact": _artefact,
