@@ -145,6 +145,16 @@ def compete(
     return contest.competition(unnamed, rng)
 
 
+def _is_odd(noise: Noise) -> bool:
+    """Whether it has what an instrument does, or loose readings."""
+    return noise.has_artefact or noise.inflation is not None
+
+
+def _bare(noise: Noise, campaign: Campaign) -> Noise:
+    """A noise without these."""
+    return replace(noise, artefact=campaign.known_errors, inflation=None)
+
+
 class _Contest:
     """The fits so far, and the steps that add to them."""
 
@@ -504,11 +514,12 @@ class _Contest:
     def ask_the_instrument(self) -> None:
         """What is left of the drive as stated and of the best set may be what the instrument does:
         beside few readings a fit that may follow the whole library does not show it. And what the
-        instrument seems to do may be an effect: sets near the best are tried without it."""
+        instrument seems to do, or loose readings, may be an effect: sets near the best are tried
+        without."""
         near = max(self.score(n) for n in self.fits) - EFFORT.modes_room
         c, found = self.fitter.campaign, self.fits.items()
-        seen = [f for n, f in found if n and f.noise.has_artefact and self.score(n) > near]
-        bare = (again(f, replace(f.noise, artefact=c.known_errors)) for f in seen)
+        seen = [f for n, f in found if n and _is_odd(f.noise) and self.score(n) > near]
+        bare = (again(f, _bare(f.noise, c)) for f in seen)
         self.crew.each(bare, self.keep)
         fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]
         # A correlation or outliers may stand in for what the instrument does.

@@ -43,9 +43,10 @@ def modes_of(fit: Fit, forms: Sequence[Variant] = (), beside: Fit | None = None)
     return lambda fitter: with_modes(fitter, fit, RULES.log_rival_odds, forms, beside)
 
 
-def kind_of(noise: Noise) -> tuple[bool, str]:
+def kind_of(noise: Noise) -> tuple[bool, bool, str]:
     """What there is beside a scale, a correlation and offsets of runs, which every fit finds."""
-    return noise.torque_arcsec is not None, noise.artefact.kind if noise.artefact else ""
+    artefact = noise.artefact.kind if noise.artefact else ""
+    return noise.torque_arcsec is not None, noise.inflation is not None, artefact
 
 
 def follows(fitter: Fitter, fit: Fit) -> float:
