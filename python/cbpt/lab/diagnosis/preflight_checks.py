@@ -179,7 +179,7 @@ def _closed(loops: list[Loop]) -> Check:
     composed = sum(loop.composed for loop in whole)
     open_ = sum(loop.open_arcsec is not None for loop in whole)
     if open_:
-        words += f"; {open_} do not close"
+        words += f"; {open_} {'does' if open_ == 1 else 'do'} not close"
         remedy = "Repeat the cycle until it closes; a first loading and drift do not."
         return Check("loops", "look", words, remedy)
     if composed:
