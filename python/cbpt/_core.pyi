@@ -1257,9 +1257,9 @@ class Predictor:
         From now on every run is loaded from rest: friction has faded, or was released, since the run before.
         """
     @property
-    def turns_between_readings(self, /) -> int:
+    def turns_between_readings(self, /) -> list[int]:
         """
-        At how many places the torque turned back between readings, as both ramps beside them say.
+        Rows of the readings before each turn of the torque between readings, or over it, as both ramps beside it say.
         """
 
 @final

@@ -77,7 +77,8 @@ class _Function:
         if found.shape not in ((), (rows,)):
             raise InvalidInputError(
                 f"effect {self.name}: its function returned an array of shape {found.shape}, "
-                f"expected one number for each of the {rows} rows"
+                f"expected one number for each of the {rows} rows it was given (a reversal of the "
+                "torque between readings has rows of its own)"
             )
         return np.ascontiguousarray(np.broadcast_to(found, (rows,)))
 

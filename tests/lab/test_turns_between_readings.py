@@ -10,6 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
+from cbpt.lab.diagnosis.diagnose import prepared
+from cbpt.lab.model.forward import Assembled
+from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.fit_effects import predicted
 
@@ -81,8 +84,8 @@ def test_friction_that_turned_back_between_readings_is_no_damper(means: bool) ->
     answer = cbpt.diagnose(SPRING, table)
     found = answer.verdict
     assert found.effects == ("friction_hysteresis",) and not found.rivals
-    note = next(note for note in answer.notes if "between readings" in note)
-    assert "12 times" in note and ("mean over the time" in note) == means
+    note = next(note for note in answer.notes if "reversed between readings" in note)
+    assert ("are means over time" in note) == means
 
 
 def test_samples_are_those_of_the_fast_logger() -> None:
@@ -125,8 +128,38 @@ def test_the_readings_say_that_the_torque_turned_back_at_them() -> None:
     table = replace(slow, elastic_angle_arcsec=angle + noise, u_elastic_angle_arcsec=u)
     answer = cbpt.diagnose(SPRING, table)
     assert answer.verdict.effects == ("friction_hysteresis",)
-    assert any("friction that turned back at them" in note for note in answer.notes)
+    assert any("if the torque reversed at them" in note for note in answer.notes)
     fitted = cbpt.fit(SPRING, table, effects=["friction_hysteresis"])
     assert fitted.case.torque_turns == "at_readings"
     overall = cbpt.compare(fitted.case, table).overall
     assert overall and overall.rmse_arcsec == pytest.approx(2.0, rel=0.2)
+
+
+def test_a_list_of_torques_that_are_set_is_no_ramp() -> None:
+    """Its last step below the top is half of the others, as if a clock had met the turn there."""
+    up = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 45.0, 35.0, 25.0, 15.0, 5.0, -5.0, -15.0, -25.0]
+    torque = np.array(3 * [*up, -35.0, -45.0, -50.0, -40.0, -30.0, -20.0, -10.0])
+    nothing = np.zeros(len(torque))
+    table = _table(nothing + 1, 4.0 * np.arange(len(torque), dtype=np.float64), torque, nothing)
+    case = SPRING | {"effect": [FRICTION]}
+    held = case_of(case | {"measurement": {"torque_turns": "at_readings"}})
+    there = predicted(held, table).elastic_angle_arcsec
+    assert predicted(case_of(case), table).elastic_angle_arcsec == pytest.approx(there, abs=1e-9)
+
+
+def test_long_tables_keep_what_shows_their_turns() -> None:
+    slow = _slow(means=True)
+    assert slow.time_s is not None
+    run = np.asarray(slow.run_index, dtype=np.float64)
+    lap = float(slow.time_s[-1]) + 1000.0
+    columns = [
+        np.concatenate([run + 1 + 3 * k for k in range(10)]),
+        np.concatenate([slow.time_s + lap * k for k in range(10)]),
+        np.tile(slow.torque_Nm, 10),
+        np.tile(slow.elastic_angle_arcsec, 10),
+    ]
+    table = _table(*columns)
+    kept, notes = prepared(campaign_of(case_of(SPRING), table, ()))
+    assert len(kept) < len(table) and any("were used for the diagnosis" in note for note in notes)
+    model = Assembled(kept, ())
+    assert len(model.turns_between_readings) == 120 and model.readings_are_means

@@ -400,9 +400,9 @@ impl Predictor {
         self.look(py, |predictor| predictor.rows().runs_repeated_before())
     }
 
-    /// At how many places the torque turned back between readings, as both ramps beside them say.
+    /// Rows of the readings before each turn of the torque between readings, or over it, as both ramps beside it say.
     #[getter]
-    fn turns_between_readings(&self, py: Python<'_>) -> usize {
+    fn turns_between_readings(&self, py: Python<'_>) -> Vec<usize> {
         self.look(py, |predictor| predictor.rows().turns_between_readings())
     }
 

@@ -360,8 +360,8 @@ fn measurement() -> Section {
     let zero = "whether all runs share one zero of the angle or each run has its own";
     let between = "where a run begins as the one before it ended: whether friction goes on if both have one clock \
                    (time_s goes on), was released, or goes on whatever the clocks";
-    let turns = "where the torque of a ramp turns back that was read at times: where the ramps on both sides meet, or at \
-                 a reading, as of a torque that was set and held";
+    let turns = "where the torque of a table with time_s reverses: where the straight ramps before and after meet, between \
+                 readings that may be means, or at the readings; use at_readings for torques that were set and held";
     let lever = "radius at which the displacement sensor measures; readings of displacement need it";
     Section {
         name: "measurement",

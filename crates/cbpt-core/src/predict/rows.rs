@@ -267,11 +267,12 @@ impl Rows {
         (0..self.runs()).filter(|run| self.places[self.starts[*run]] == UNMEASURED).count()
     }
 
-    /// At how many places the torque turned back between readings.
-    pub fn turns_between_readings(&self) -> usize {
+    /// Of each turn of the torque between readings the place in the table of the reading before it, or of the one over it.
+    pub fn turns_between_readings(&self) -> Vec<usize> {
         let measured = (0..self.runs()).map(|run| &self.places[self.run(run)]);
         let measured = measured.filter(|run| run.first() != Some(&UNMEASURED));
-        measured.flatten().filter(|place| **place == UNMEASURED).count()
+        let turns = measured.flat_map(|run| run.windows(2).filter(|pair| pair[1] == UNMEASURED));
+        turns.map(|pair| pair[0]).collect()
     }
 
     /// Whether readings are means over the time from halfway to the one before to halfway to the next; the turns between them

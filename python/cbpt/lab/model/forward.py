@@ -108,13 +108,13 @@ class Assembled:
         return self._predictor.runs_that_go_on
 
     @property
-    def turns_between_readings(self) -> int:
-        """Places at which the torque turned back between readings."""
+    def turns_between_readings(self) -> list[int]:
+        """Of each turn of the torque between readings the row before it, or over it."""
         return self._predictor.turns_between_readings
 
     @property
     def readings_are_means(self) -> bool:
-        """Whether the readings over those show that all are means over time."""
+        """Whether all readings are means over time, as those over a turn show."""
         return self._predictor.readings_are_means
 
     @property

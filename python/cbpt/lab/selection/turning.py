@@ -23,23 +23,24 @@ from cbpt.lab.selection.rules import RULES
 def with_their_turns(
     campaigns: Sequence[Campaign], log_evidence: Callable[[Campaign], float]
 ) -> tuple[list[Campaign], list[str]]:
-    """All as they are most probable together, but for those whose readings tell otherwise; a note
-    of each, empty where nothing turned back between readings.
+    """Campaigns of one rig, all with turns between readings or all with turns at them, whichever is
+    more probable; a campaign whose own readings clearly say otherwise goes by these. With a note of
+    each, empty where nothing turned back between readings.
 
     log_evidence: of friction, given a campaign.
     """
-    turns = [Assembled(campaign, ()).turns_between_readings for campaign in campaigns]
+    turns = [bool(Assembled(campaign, ()).turns_between_readings) for campaign in campaigns]
     gained = [
-        _gained(campaign, log_evidence) if count else 0.0
-        for campaign, count in zip(campaigns, turns, strict=True)
+        _gained(campaign, log_evidence) if has else 0.0
+        for campaign, has in zip(campaigns, turns, strict=True)
     ]
     together = sum(gained) >= RULES.log_rival_odds
     found, notes = list[Campaign](), list[str]()
-    for campaign, count, own in zip(campaigns, turns, gained, strict=True):
+    for campaign, has, own in zip(campaigns, turns, gained, strict=True):
         clear = abs(own) >= RULES.log_rival_odds
-        at_readings = count > 0 and (own > 0 if clear else together)
+        at_readings = has and (own > 0 if clear else together)
         found.append(replace(campaign, turns_at_readings=True) if at_readings else campaign)
-        notes.append(_note(campaign, count, at_readings) if count else "")
+        notes.append(_note(campaign, at_readings) if has else "")
     return found, notes
 
 
@@ -47,25 +48,26 @@ def _gained(campaign: Campaign, log_evidence: Callable[[Campaign], float]) -> fl
     """Log evidence of turns at readings over that of turns between them."""
     at_readings = replace(campaign, turns_at_readings=True)
     gained = log_evidence(at_readings) - log_evidence(campaign)
-    return 0.0 if np.isnan(gained) else gained
+    # Where one of both has no solution nothing is told.
+    return gained if np.isfinite(gained) else 0.0
 
 
-def _note(campaign: Campaign, count: int, at_readings: bool) -> str:
-    times = "once" if count == 1 else f"{count} times"
+def _note(campaign: Campaign, at_readings: bool) -> str:
     if at_readings:
         return (
-            f"the ramps of the torque meet between readings ({times}), but the readings show "
-            "friction that turned back at them. The case of the fit says so to cbpt compare: "
-            'torque_turns = "at_readings" under [measurement]'
+            "the ramps of the torque meet between readings, but friction follows the readings "
+            "better if the torque reversed at them, as it does where each torque is set and held. "
+            'The case file that cbpt fit writes has torque_turns = "at_readings" under '
+            "[measurement], so that cbpt compare does the same"
         )
     means = (
-        "; as the readings there show, each is taken as a mean over the time from halfway to the "
-        "one before to halfway to the next"
+        ". The readings nearest to the reversals show that all readings are means over time, each "
+        "from halfway to the reading before to halfway to the reading after"
         if Assembled(campaign, ()).readings_are_means
         else ""
     )
     return (
-        f"the torque turned back between readings ({times}): the model turns back where the ramps "
-        f"on both sides meet{means}. For a torque that was set and held at each reading state "
-        'torque_turns = "at_readings" under [measurement]'
+        "the torque reversed between readings: the model reverses where the straight ramps before "
+        f"and after meet{means}. If each torque was set and held instead, state torque_turns = "
+        '"at_readings" under [measurement] in the case'
     )
