@@ -117,7 +117,7 @@ class Case:
     @property
     def torque_turns(self, /) -> str:
         """
-        Where the torque of a ramp turns back that was read at times: ``where_ramps_meet`` or ``at_readings``.
+        Where the torque of a table with times reverses: ``where_ramps_meet``, between readings, or ``at_readings``.
         """
     def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]] | list[tuple[str | OwnEffect, dict[str, float]]]") -> Case:
         """

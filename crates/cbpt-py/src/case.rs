@@ -141,38 +141,28 @@ impl Case {
     /// (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
     #[getter]
     fn friction_between_runs(&self) -> &'static str {
-        let own = self.case.measurement.friction_between_runs;
-        BetweenRuns::WORDS.iter().find(|(_, between)| *between == own).map_or("", |(word, _)| word)
+        word_of(&BetweenRuns::WORDS, self.case.measurement.friction_between_runs)
     }
 
     /// The case with another ``friction_between_runs``. Raises ``InvalidInputError`` for any other word.
     fn with_friction_between_runs(&self, py: Python<'_>, word: &str) -> PyResult<Self> {
-        let found = BetweenRuns::WORDS.iter().find(|(known, _)| *known == word);
-        let Some((_, between)) = found else {
-            let rule = format!("is none of {}", BetweenRuns::WORDS.map(|(known, _)| known).join(", "));
-            return Err(invalid_input(py, &InvalidInput::new("friction_between_runs", word, rule)));
-        };
+        let between = of_word(py, "friction_between_runs", &BetweenRuns::WORDS, word)?;
         let mut case = self.case.clone();
-        case.measurement.friction_between_runs = *between;
+        case.measurement.friction_between_runs = between;
         Ok(Self { case })
     }
 
-    /// Where the torque of a ramp turns back that was read at times: ``where_ramps_meet`` or ``at_readings``.
+    /// Where the torque of a table with times reverses: ``where_ramps_meet``, between readings, or ``at_readings``.
     #[getter]
     fn torque_turns(&self) -> &'static str {
-        let own = self.case.measurement.torque_turns;
-        TorqueTurns::WORDS.iter().find(|(_, turns)| *turns == own).map_or("", |(word, _)| word)
+        word_of(&TorqueTurns::WORDS, self.case.measurement.torque_turns)
     }
 
     /// The case with another ``torque_turns``. Raises ``InvalidInputError`` for any other word.
     fn with_torque_turns(&self, py: Python<'_>, word: &str) -> PyResult<Self> {
-        let found = TorqueTurns::WORDS.iter().find(|(known, _)| *known == word);
-        let Some((_, turns)) = found else {
-            let rule = format!("is none of {}", TorqueTurns::WORDS.map(|(known, _)| known).join(", "));
-            return Err(invalid_input(py, &InvalidInput::new("torque_turns", word, rule)));
-        };
+        let turns = of_word(py, "torque_turns", &TorqueTurns::WORDS, word)?;
         let mut case = self.case.clone();
-        case.measurement.torque_turns = *turns;
+        case.measurement.torque_turns = turns;
         Ok(Self { case })
     }
 
@@ -335,6 +325,20 @@ pub enum IdOrOwn {
 }
 
 /// A number as JSON. What is no finite number stays as text, so that the message names its place.
+/// The word of a choice.
+fn word_of<T: PartialEq>(words: &[(&'static str, T)], choice: T) -> &'static str {
+    words.iter().find(|(_, known)| *known == choice).map_or("", |(word, _)| word)
+}
+
+/// The choice that a word of a field names.
+fn of_word<T: Copy>(py: Python<'_>, field: &str, words: &[(&str, T)], word: &str) -> PyResult<T> {
+    let found = words.iter().find(|(known, _)| *known == word);
+    found.map(|(_, choice)| *choice).ok_or_else(|| {
+        let known: Vec<&str> = words.iter().map(|(known, _)| *known).collect();
+        invalid_input(py, &InvalidInput::new(field, word, format!("is none of {}", known.join(", "))))
+    })
+}
+
 fn json_number(value: f64) -> Value {
     Number::from_f64(value).map_or_else(|| value.to_string().into(), Into::into)
 }
