@@ -44,7 +44,6 @@ Wider = Literal[
     "one",
     "two",
     "three",
-    "strong",
     "slide",
     "coarse",
     "artefact",
@@ -53,8 +52,10 @@ Wider = Literal[
     "spring",
     "spring_artefact",
     "spring_logged",
+    "strong",
 ]
 WIDER: tuple[Wider, ...] = get_args(Wider)
+"""In the order in which they came: a family's place is part of the seed of its campaigns."""
 OTHERS = tuple(k for k in NOISE_KINDS if k != "white")
 SIZES = (6, 8, 10, 12, 16, 20, 25, 30, 40)
 SYNONYMS = {"bearing_play": ["bearing_play", "backlash"]}
