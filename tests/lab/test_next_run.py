@@ -21,6 +21,7 @@ from cbpt.lab.diagnosis.unexplained import measure_next
 from cbpt.lab.experiment.candidates import READINGS, candidates, limits_of
 from cbpt.lab.experiment.expected_gain import LIMIT, Prospect, prospect
 from cbpt.lab.experiment.plan import Plan, table_text
+from cbpt.lab.wording.numbers import significant
 from common.comparisons import strictly
 from common.hidden import diagnosed
 from common.next_runs import race, short_campaign, view_of
@@ -48,12 +49,15 @@ def test_candidates_stay_within_the_limits_and_are_held() -> None:
     for run in runs:
         assert max(map(abs, run.torque_Nm)) <= 10.0
         assert run.preload_N is not None and 400 <= run.preload_N <= 1200
+        # Numbers that a rig can be set to.
+        assert run.preload_N == significant(run.preload_N, 2)
+        assert run.torque_Nm[0] in (0, significant(run.torque_Nm[0], 2))
     rows = Plan.of_runs(runs).rows
     assert rows.preload_N is not None
     solved = cbpt.solve_many(drive, rows.torque_Nm, rows.preload_N, rows.input_angle_deg)
     assert np.isfinite(solved.elastic_angle_arcsec).all()
     assert len(candidates(drive, limits, 7)) == 7
-    assert limits_of(suggested().diagnosis.readings).preload_N == (400.0, 1125.0)
+    assert limits_of(suggested().diagnosis.readings).preload_N == (400.0, 1100.0)
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def limits_of(readings: Readings) -> Limits:
     angles += [float(np.mod(angles[0] + step, 360.0)) for step in (45.0, 90.0)]
     return Limits(
         torque_Nm=1.25 * float(np.abs(r.torque_Nm).max()),
-        preload_N=(0.8 * low, 1.25 * high),
+        preload_N=(significant(0.8 * low, 2), significant(1.25 * high, 2)),
         input_angle_deg=tuple(dict.fromkeys(angles)),
         dwell_s=_usual_step(r),
         temperature_degC=None if r.temperature_degC is None else float(r.temperature_degC.mean()),
@@ -116,14 +116,14 @@ def _every(drive: Drive, limits: Limits) -> Iterator[PlannedRun]:
         else (limits.temperature_degC, limits.temperature_degC),
         cycles=limits.cycles,
     )
-    for preload in np.unique(np.geomspace(low, high, 5)).tolist():
-        peaks = (
-            # What a preload holds grows in proportion to it.
-            min(limits.torque_Nm, share * limits.torque_Nm * preload / needed)
-            for share in _RUNS.shares
-        )
-        for peak in dict.fromkeys(significant(p, 3) for p in peaks):
-            at = replace(plain, preload_N=significant(preload, 4))
+    # Between the limits round numbers, as a rig is set to them.
+    between = (significant(p, 2) for p in np.geomspace(low, high, 5)[1:-1].tolist())
+    for preload in dict.fromkeys((low, *(p for p in between if low < p < high), high)):
+        # What a preload holds grows in proportion to it.
+        held = limits.torque_Nm * preload / needed
+        peaks = (min(limits.torque_Nm, significant(share * held, 2)) for share in _RUNS.shares)
+        for peak in dict.fromkeys(peaks):
+            at = replace(plain, preload_N=preload)
             yield from _runs(at, peak, limits)
 
 
