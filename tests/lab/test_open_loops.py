@@ -85,6 +85,12 @@ def test_a_first_loading_does_not_close() -> None:
     assert "does not close" in warnings_of(readings)
 
 
+@pytest.mark.parametrize("torque", [from_zero(0.5), from_end(0.5)])
+def test_scatter_of_the_readings_does_not_open_a_loop(torque: Floats) -> None:
+    for loop in loops_of(table(torque, 60 * torque, runs=40, noise=15.0)):
+        assert loop.open_arcsec is None
+
+
 @pytest.mark.parametrize("name", list(TRUTH))
 def test_figures_of_a_first_loading_are_as_uncertain_as_it_is_open(name: str) -> None:
     figure = cbpt.characterise(CASE, table(from_zero(), angles(from_zero()))).figure(name)

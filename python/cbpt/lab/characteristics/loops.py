@@ -43,8 +43,10 @@ class _Limits:
     open_of_width: float = 0.1
     open_of_turn: float = 0.01
     """A loop is open that ends further from its start than these shares of its width and of the
-    angle that it turns.
+    angle that it turns,
     """
+    open_of_scatter: float = 5.0
+    """and than so many standard deviations of a reading."""
 
 
 _LIMITS = _Limits()
@@ -170,7 +172,9 @@ class Loop:
         if self.gap_arcsec is None or not self.whole:
             return None
         of_turn = _LIMITS.open_of_turn * self.turn_arcsec
-        most = max(_LIMITS.open_of_width * abs(self.width_arcsec), of_turn)
+        scatter = neighbour_scatter([b.angle_arcsec for b in self.branches], 3)
+        of_noise = _LIMITS.open_of_scatter * scatter
+        most = max(_LIMITS.open_of_width * abs(self.width_arcsec), of_turn, of_noise)
         return self.gap_arcsec if abs(self.gap_arcsec) > most else None
 
     def with_branches(self, rising: Branch | None, falling: Branch | None) -> Loop:
