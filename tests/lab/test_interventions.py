@@ -282,6 +282,15 @@ def test_a_play_that_fell_is_found_where_no_effect_is_named() -> None:
     assert ("backlash", "down") in {(c.effect, c.direction) for c in found.changed}
 
 
+def test_a_state_that_is_measured_twice_did_not_change_where_no_effect_is_named() -> None:
+    """Its loops are 1.07 and 1.86 deg wide, and it repeats a state by its name. It was undecided:
+    what such states differ by was counted by the first set of effects, and not by the best one."""
+    moments = "after_run_in_repeated", "after_run_in"
+    before, after = (part_of("conic_pccf_1", moment) for moment in moments)
+    found = cbpt.change(DATA / "reducer.toml", before, after)
+    assert found.kind == "nothing" and not found.changed
+
+
 def test_what_remains_is_told_by_the_runs_of_the_table() -> None:
     """And not by their places, which begin with 0."""
     part = part_of("conic_pccf_1", "initial")

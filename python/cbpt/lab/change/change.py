@@ -31,6 +31,7 @@ from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
 from cbpt.lab.change.progress import part_of, rising, untold
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
+    counted_by_repeats,
     counted_once,
     dispersed,
     dispersion_of,
@@ -162,7 +163,7 @@ def change(
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
-        weighed = _weighed(candidates, count, bool(states), () if effects is None else ids[0], tell)
+        weighed = _weighed(candidates, count, states, () if effects is None else ids[0], tell)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -203,9 +204,9 @@ def _forms(answers: Sequence[Diagnosis]) -> set[str]:
     return {
         variant.label
         for d in answers
-        for row in d.to_dict()["combinations"]
-        if row["probability"] >= RULES.likely
-        if (names := named_of(tuple(sorted(row["effects"])))) in d.competition.fits
+        for row in d.combinations()
+        if row.probability >= RULES.likely
+        if (names := named_of(tuple(sorted(row.effects)))) in d.competition.fits
         for variant in d.competition.fits[names].hypothesis.variants
     }
 
@@ -334,7 +335,8 @@ def _counting(
     if not candidates:
         return lambda levels: levels
     if states:
-        return partial(dispersed, phi=dispersion_of(candidates[0], states))
+        phi = max(dispersion_of(levels, states) for levels in candidates)
+        return partial(dispersed, phi=phi)
     phi = pattern_of(candidates)
     if not stated_arcsec:
         return partial(dispersed, phi=phi)
@@ -363,15 +365,17 @@ def _choices(levels: Levels, count: Callable[[Levels], Levels], tell: Progress) 
 def _weighed(
     candidates: Sequence[Levels],
     count: Callable[[Levels], Levels],
-    state_repeated: bool,
+    states: Sequence[Sequence[int]],
     named: Collection[str],
     tell: Progress,
 ) -> Weighed | None:
     """What may have changed by every set of effects and, where something did, by what may stand in
-    its place; effects that were named stay. state_repeated: whether what a new set-up changes is
-    known from repeated states."""
+    its place; effects that were named stay. states: places of levels that repeat one state; what a
+    new set-up changes is known from them."""
     weighed = _searched_through(candidates, count, named, tell)
-    return weighed if weighed is None or state_repeated else counted_once(weighed)
+    if weighed is None:
+        return None
+    return counted_by_repeats(weighed, states) if states else counted_once(weighed)
 
 
 def _searched_through(
@@ -481,7 +485,7 @@ def _told(
 def _most_left(answers: Sequence[Diagnosis], rmse_arcsec: Sequence[float]) -> dict[str, Any] | None:
     """The rest of the level where most is left; none of a level is one that the effects of all
     levels follow."""
-    of_levels = zip([d.to_dict()["remains"] for d in answers], rmse_arcsec, strict=False)
+    of_levels = zip([d.remains() for d in answers], rmse_arcsec, strict=False)
     remains = [left for left, rmse in of_levels if left is not None and left["rms_arcsec"] <= rmse]
     return max(remains, key=lambda left: left["rms_arcsec"], default=None)
 

@@ -44,7 +44,14 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
                 joined[have | more] = joined.get(have | more, 0.0) + p * q
         top = sorted(joined, key=lambda names: -joined[names])[: _EFFORT.sets]
         sets = {names: joined[names] for names in top}
-    return [sorted(e for e in names if all(e in some for some in known)) for names in sets]
+    every = dict.fromkeys([*sets, _in_common(answers)])
+    return [sorted(e for e in names if all(e in some for some in known)) for names in every]
+
+
+def _in_common(answers: Sequence[Diagnosis]) -> frozenset[str]:
+    """What the sets that all answers are drawn with have in common. Beside a rest without a name
+    none of it may be certain at any level, and yet be one law that all levels follow."""
+    return frozenset.intersection(*(frozenset(d.verdict.names) - _NO_EFFECTS for d in answers))
 
 
 def not_of_all(answers: Sequence[Diagnosis]) -> list[str]:
@@ -71,8 +78,8 @@ def _options(d: Diagnosis) -> dict[frozenset[str], float]:
 
 def _combined(d: Diagnosis) -> dict[frozenset[str], float]:
     """The probable combinations of a level; else the one that its answer is drawn with."""
-    rows = [row for row in d.to_dict()["combinations"] if row["probability"] >= _EFFORT.least]
-    options = {frozenset(row["effects"]) - _NO_EFFECTS: row["probability"] for row in rows}
+    rows = [row for row in d.combinations() if row.probability >= _EFFORT.least]
+    options = {frozenset(row.effects) - _NO_EFFECTS: row.probability for row in rows}
     return options or {frozenset(d.verdict.names) - _NO_EFFECTS: 1.0}
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from cbpt.errors import InvalidInputError
 from cbpt.lab.change.shared import Party
 from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import log_likelihood
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.gauss_newton import Problem
@@ -84,7 +86,10 @@ def levels_of(
     """The levels fitted; None where some level has no solution. among: labels of the forms that
     effects may have, where any form of an effect is named."""
     library = _library(campaigns, effects)
-    alone = [_Alone.of(Fitter(campaign, library), effects, among) for campaign in campaigns]
+    works = [
+        partial(_Alone.of, Fitter(campaign, library), effects, among) for campaign in campaigns
+    ]
+    alone = side_by_side(campaigns[0], works)
     fitters = [level.fitter for level in alone]
     best: tuple[float, tuple[Variant, ...], list[Fit]] | None = None
     for forms in _forms(alone):

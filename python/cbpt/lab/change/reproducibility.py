@@ -10,6 +10,7 @@ dispersed           levels whose readings count for less
 dispersion_of       by how much, from levels that repeat one state
 pattern_of          by how much, from the pattern of what their fits leave
 counted_once        an answer by evidence that counts runs which leave the same as one
+counted_by_repeats  an answer by evidence that counts for less what repeated levels differ by
 doubts_of           by how much more values are uncertain where that comes again
 
 A repeated measurement on a real rig differs by more than readings scatter: the members lie a little
@@ -85,6 +86,7 @@ def dispersion_of(first: Levels, places: Sequence[Sequence[int]]) -> float:
             first,
             parties=tuple(first.parties[k] for k in state),
             fits=tuple(first.fits[k] for k in state),
+            choices=(),
         )
         choices = choices_of(levels)
         if choices:
@@ -133,7 +135,17 @@ def counted_once(weighed: Weighed) -> Weighed:
     likelihoods are raised to the power 1/d (`design_effect`). By the most probable answer, which
     leaves least: what a stand-in follows comes again too, and is evidence for it.
     """
-    d = design_effect(weighed.best.levels)
+    return _counted_for_less(weighed, design_effect(weighed.best.levels))
+
+
+def counted_by_repeats(weighed: Weighed, states: Sequence[Sequence[int]]) -> Weighed:
+    """The same by what levels that repeat one state still gain by values of their own in the most
+    probable answer: effects that were found after the first sets may follow how they differ."""
+    return _counted_for_less(weighed, dispersion_of(weighed.best.levels, states))
+
+
+def _counted_for_less(weighed: Weighed, d: float) -> Weighed:
+    """The choices near the best weighed again with likelihoods raised to the power 1/d."""
     if d <= 1:
         return weighed
     near = weighed.near(d)

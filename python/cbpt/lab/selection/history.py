@@ -25,6 +25,7 @@ from functools import partial
 import numpy as np
 
 from cbpt.errors import InvalidInputError
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign, History
 from cbpt.lab.model.forward import Assembled
@@ -71,7 +72,8 @@ def with_their_history(
     each begins after a past of its own. Where their torques turned back is asked first.
     """
     campaigns, of_turns = with_their_turns(campaigns, partial(_log_evidence, named=named))
-    known = [_histories(campaign, named) for campaign in campaigns]
+    works = [partial(_histories, campaign, named) for campaign in campaigns]
+    known = side_by_side(campaigns[0], works)
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]
     }
@@ -103,14 +105,14 @@ def _histories(campaign: Campaign, named: Sequence[str] | None) -> dict[History,
     found: dict[History, tuple[float, str]] = {campaign.history: (0.0, "")}
     if campaign.history != "by_clock":
         return found  # somebody knows, and the case says it
-    of_clocks: float | None = None
-    others: tuple[History, ...] = "released", "carried"
-    for history in others:
-        other = replace(campaign, history=history)
-        note, gained = _what_differs(other, campaign), 0.0
-        if note:
-            of_clocks = _log_evidence(campaign, named) if of_clocks is None else of_clocks
-            gained = _log_evidence(other, named) - of_clocks
+    histories: tuple[History, ...] = "released", "carried"
+    others = {history: replace(campaign, history=history) for history in histories}
+    notes = {history: _what_differs(other, campaign) for history, other in others.items()}
+    unlike = [history for history, note in notes.items() if note]
+    asked = [campaign, *(others[history] for history in unlike)] if unlike else []
+    odds = side_by_side(campaign, [partial(_log_evidence, each, named) for each in asked])
+    for history, note in notes.items():
+        gained = odds[1 + unlike.index(history)] - odds[0] if note else 0.0
         # Where neither has a solution, nothing is gained.
         found[history] = (0.0 if np.isnan(gained) else gained), note
     return found

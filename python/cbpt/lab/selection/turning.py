@@ -12,9 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.selection.rules import RULES
@@ -30,10 +32,11 @@ def with_their_turns(
     log_evidence: of friction, given a campaign.
     """
     turns = [bool(Assembled(campaign, ()).turns_between_readings) for campaign in campaigns]
-    gained = [
-        _gained(campaign, log_evidence) if has else 0.0
+    works = [
+        partial(_gained, campaign, log_evidence) if has else float
         for campaign, has in zip(campaigns, turns, strict=True)
     ]
+    gained = side_by_side(campaigns[0], works)
     together = sum(gained) >= RULES.log_rival_odds
     found, notes = list[Campaign](), list[str]()
     for campaign, has, own in zip(campaigns, turns, gained, strict=True):
