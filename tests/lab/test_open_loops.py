@@ -91,6 +91,16 @@ def test_scatter_of_the_readings_does_not_open_a_loop(torque: Floats) -> None:
         assert loop.open_arcsec is None
 
 
+@pytest.mark.parametrize("readings", [7, 9, 13, 21, 49])
+@pytest.mark.parametrize("even", [True, False])
+def test_a_loop_that_drifts_is_open_however_coarse_it_is(readings: int, even: bool) -> None:
+    up = AMPLITUDE * np.linspace(-1, 1, readings)
+    up = up if even else AMPLITUDE * (up / AMPLITUDE) ** 3
+    torque = np.concatenate([up, up[-2::-1]])
+    loop = loops_of(table(torque, settled(torque) + np.linspace(0, 60, len(torque))))[0]
+    assert loop.open_arcsec is not None
+
+
 @pytest.mark.parametrize("name", list(TRUTH))
 def test_figures_of_a_first_loading_are_as_uncertain_as_it_is_open(name: str) -> None:
     figure = cbpt.characterise(CASE, table(from_zero(), angles(from_zero()))).figure(name)

@@ -139,7 +139,7 @@ def next_run(argv: list[str]) -> int:
         default=CANDIDATES,
         help=f"number of runs to choose from (default {CANDIDATES})",
     )
-    add_limits(parser, "default: 25 %% beyond the readings")
+    add_limits(parser, "default: about 25 %% beyond the readings")
     add_json(parser)
     add_angle_unit(parser)
     parser.add_argument("--out", metavar="PLAN", type=Path, help="write the best run to PLAN.toml")

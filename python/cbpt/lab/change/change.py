@@ -231,7 +231,7 @@ def _fitted(
                     found[ids] = levels_of(list(campaigns.values()), ids, forms)
                     break
                 except (InvalidInputError, ReadingsError) as why:
-                    refused[ids] = _refused(campaigns, ids, forms, why, bool(support))
+                    refused[ids] = _refused(campaigns, ids, forms, why, bool(answers))
             least = min(ids, key=lambda effect: support.get(effect, 0.0))
             ids = tuple(effect for effect in ids if effect != least)
     fitted = {effect for ids in found for effect in ids}

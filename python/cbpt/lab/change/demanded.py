@@ -23,7 +23,7 @@ class _Effort:
     least: float = 0.1
     """Combinations of a level that are less probable are not looked at."""
     sets: int = 4
-    """Sets of effects that are fitted at all levels."""
+    """Sets of effects that are fitted at all levels, beside what all levels have in common."""
 
 
 _EFFORT = _Effort()
@@ -44,14 +44,18 @@ def demanded(answers: Sequence[Diagnosis]) -> list[list[str]]:
                 joined[have | more] = joined.get(have | more, 0.0) + p * q
         top = sorted(joined, key=lambda names: -joined[names])[: _EFFORT.sets]
         sets = {names: joined[names] for names in top}
-    every = dict.fromkeys([*sets, _in_common(answers)])
+    every = dict.fromkeys([*sets, *_in_common(answers)])
     return [sorted(e for e in names if all(e in some for some in known)) for names in every]
 
 
-def _in_common(answers: Sequence[Diagnosis]) -> frozenset[str]:
-    """What the sets that all answers are drawn with have in common. Beside a rest without a name
-    none of it may be certain at any level, and yet be one law that all levels follow."""
-    return frozenset.intersection(*(frozenset(d.verdict.names) - _NO_EFFECTS for d in answers))
+def _in_common(answers: Sequence[Diagnosis]) -> list[frozenset[str]]:
+    """Where some level has a rest without a name, what the sets that all answers are drawn with
+    have in common. Beside such a rest none of it may be certain at any level, and yet be one law
+    that all levels follow."""
+    if all(d.verdict.lack_of_fit is None for d in answers):
+        return []
+    best = [frozenset(d.verdict.names) - _NO_EFFECTS for d in answers]
+    return [common] if (common := frozenset.intersection(*best)) else []
 
 
 def not_of_all(answers: Sequence[Diagnosis]) -> list[str]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt.lab.covariance.robust import neighbour_scatter
+from cbpt.lab.covariance.robust import neighbour_scatter, typical_size
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.turns import turns_of
 
@@ -43,10 +43,13 @@ class _Limits:
     open_of_width: float = 0.1
     open_of_turn: float = 0.01
     """A loop is open that ends further from its start than these shares of its width and of the
-    angle that it turns,
+    angle that it turns.
     """
     open_of_scatter: float = 5.0
-    """and than so many standard deviations of a reading."""
+    """It is closed where it ends no further from its start than so many standard deviations of a
+    reading."""
+    readings_that_scatter: int = 13
+    """On each branch. What fewer differ by from their neighbours is the shape of the loop."""
 
 
 _LIMITS = _Limits()
@@ -172,8 +175,7 @@ class Loop:
         if self.gap_arcsec is None or not self.whole:
             return None
         of_turn = _LIMITS.open_of_turn * self.turn_arcsec
-        scatter = neighbour_scatter([b.angle_arcsec for b in self.branches], 3)
-        of_noise = _LIMITS.open_of_scatter * scatter
+        of_noise = _LIMITS.open_of_scatter * _scatter_arcsec(self.branches)
         most = max(_LIMITS.open_of_width * abs(self.width_arcsec), of_turn, of_noise)
         return self.gap_arcsec if abs(self.gap_arcsec) > most else None
 
@@ -198,6 +200,19 @@ class Loop:
         """With torque and angle multiplied."""
         rising, falling = (b and b.scaled(torque, angle) for b in (self.rising, self.falling))
         return replace(self.with_branches(rising, falling), amplitude_Nm=self.amplitude_Nm * torque)
+
+
+def _scatter_arcsec(branches: Sequence[Branch]) -> float:
+    """Standard deviation of a reading from the straight line through its two neighbours; 0 where a
+    branch has too few readings to tell."""
+    if min(len(b.torque_Nm) for b in branches) < _LIMITS.readings_that_scatter:
+        return 0.0
+    off = []
+    for x, y in ((b.torque_Nm, b.angle_arcsec) for b in branches):
+        share = (x[1:-1] - x[:-2]) / np.maximum(x[2:] - x[:-2], 1e-300)
+        line = (1 - share) * y[:-2] + share * y[2:]
+        off.append((y[1:-1] - line) / np.sqrt(1 + share**2 + (1 - share) ** 2))
+    return typical_size(np.concatenate(off))
 
 
 def loops_of(readings: Readings) -> list[Loop]:

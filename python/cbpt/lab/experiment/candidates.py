@@ -70,14 +70,14 @@ class Limits:
 
 
 def limits_of(readings: Readings) -> Limits:
-    """A fourth beyond what the rig did in some readings, in the way it did it."""
+    """About a fourth beyond what the rig did in some readings, in round numbers."""
     r = readings
     assert r.preload_N is not None
     low, high = float(r.preload_N.min()), float(r.preload_N.max())
     angles = np.unique(np.mod(r.input_angle_deg, 360.0))[:4].tolist()
     angles += [float(np.mod(angles[0] + step, 360.0)) for step in (45.0, 90.0)]
     return Limits(
-        torque_Nm=1.25 * float(np.abs(r.torque_Nm).max()),
+        torque_Nm=significant(1.25 * float(np.abs(r.torque_Nm).max()), 2),
         preload_N=(significant(0.8 * low, 2), significant(1.25 * high, 2)),
         input_angle_deg=tuple(dict.fromkeys(angles)),
         dwell_s=_usual_step(r),
@@ -128,7 +128,7 @@ def _every(drive: Drive, limits: Limits) -> Iterator[PlannedRun]:
 
 
 def _runs(at: PlannedRun, peak: float, limits: Limits) -> Iterator[PlannedRun]:
-    loop = tuple(significant(peak * share, 6) for share in _RUNS.loop)
+    loop = tuple(peak * share for share in _RUNS.loop)
     for angle in limits.input_angle_deg:
         yield replace(at, torque_Nm=loop, input_angle_deg=(angle,))
     first = replace(at, input_angle_deg=limits.input_angle_deg[:1])

@@ -72,8 +72,7 @@ def with_their_history(
     each begins after a past of its own. Where their torques turned back is asked first.
     """
     campaigns, of_turns = with_their_turns(campaigns, partial(_log_evidence, named=named))
-    works = [partial(_histories, campaign, named) for campaign in campaigns]
-    known = side_by_side(campaigns[0], works)
+    known = [_histories(campaign, named) for campaign in campaigns]
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]
     }
