@@ -193,16 +193,18 @@ def told(
     return SimpleNamespace(
         competition=SimpleNamespace(fitter=fitter),
         verdict=verdict,
-        to_dict=lambda: {"combinations": [{"effects": list(every), "probability": 1.0}]},
+        combinations=lambda: [SimpleNamespace(effects=every, probability=1.0)],
     )
 
 
-def test_what_may_be_part_of_a_rest_is_not_fitted_at_all_levels() -> None:
-    """Beside a rest without a name the effects are those that the diagnoses tell."""
+def test_what_may_be_part_of_a_rest_is_fitted_only_where_all_levels_have_it() -> None:
+    """Beside a rest without a name the effects are those that the diagnoses tell, and what the
+    answers of all levels have in common."""
     before = told((FRICTION,), {"backlash": 0.4})
-    assert demanded([before, told((FRICTION,), {})]) == [[FRICTION], ["backlash", FRICTION]]
+    shared = ["creep", FRICTION]
+    assert demanded([before, told((FRICTION,), {})]) == [[FRICTION], ["backlash", FRICTION], shared]
     rivals = told((), {}, ((FRICTION, "run_offset"),))
-    assert demanded([rivals]) == [[FRICTION], []]
+    assert demanded([rivals]) == [[FRICTION], [], shared]
     before.verdict.lack_of_fit = None
     assert demanded([before]) == [["backlash", "creep", FRICTION]]
 
