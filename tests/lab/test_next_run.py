@@ -57,6 +57,10 @@ def test_candidates_stay_within_the_limits_and_are_held() -> None:
     solved = cbpt.solve_many(drive, rows.torque_Nm, rows.preload_N, rows.input_angle_deg)
     assert np.isfinite(solved.elastic_angle_arcsec).all()
     assert len(candidates(drive, limits, 7)) == 7
+    # Limits that are no round numbers are kept all the same.
+    odd = candidates(drive, Limits(12.3456785, (333.3, 777.7), (0.0,)))
+    assert max(abs(torque) for run in odd for torque in run.torque_Nm) <= 12.3456785
+    assert {run.preload_N for run in odd} >= {333.3, 777.7}
     assert limits_of(suggested().diagnosis.readings).preload_N == (400.0, 1100.0)
 
 

@@ -324,7 +324,6 @@ pub enum IdOrOwn {
     Own(Py<OwnEffect>),
 }
 
-/// A number as JSON. What is no finite number stays as text, so that the message names its place.
 /// The word of a choice.
 fn word_of<T: PartialEq>(words: &[(&'static str, T)], choice: T) -> &'static str {
     words.iter().find(|(_, known)| *known == choice).map_or("", |(word, _)| word)
@@ -339,6 +338,7 @@ fn of_word<T: Copy>(py: Python<'_>, field: &str, words: &[(&str, T)], word: &str
     })
 }
 
+/// A number as JSON. What is no finite number stays as text, so that the message names its place.
 fn json_number(value: f64) -> Value {
     Number::from_f64(value).map_or_else(|| value.to_string().into(), Into::into)
 }

@@ -74,7 +74,7 @@ def dispersed(levels: Levels, phi: float) -> Levels:
     return replace(levels, parties=tuple(_dispersed(party, phi) for party in levels.parties))
 
 
-def dispersion_of(first: Levels, places: Sequence[Sequence[int]]) -> float:
+def dispersion_of(levels: Levels, places: Sequence[Sequence[int]]) -> float:
     """By how much levels that repeat one state gain in misfit by values of their own, for each such
     value: 1 by noise alone (the dispersion phi of a quasi-likelihood; McCullagh and Nelder,
     Generalized Linear Models, 1989, section 4.5). It needs no size of what a set-up changes and no
@@ -82,17 +82,17 @@ def dispersion_of(first: Levels, places: Sequence[Sequence[int]]) -> float:
     """
     gained, numbers = 0.0, 0
     for state in places:
-        levels = replace(
-            first,
-            parties=tuple(first.parties[k] for k in state),
-            fits=tuple(first.fits[k] for k in state),
+        repeats = replace(
+            levels,
+            parties=tuple(levels.parties[k] for k in state),
+            fits=tuple(levels.fits[k] for k in state),
             choices=(),
         )
-        choices = choices_of(levels)
+        choices = choices_of(repeats)
         if choices:
             shared = next(choice.fit.misfit for choice in choices if not choice.changed)
             gained += shared - min(choice.fit.misfit for choice in choices)
-            numbers += len(first.fits[0].unknowns) * (len(state) - 1)
+            numbers += len(levels.fits[0].unknowns) * (len(state) - 1)
     return max(gained / max(numbers, 1), 1.0)
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cbpt.lab.covariance.robust import neighbour_scatter, typical_size
+from cbpt.lab.covariance.robust import neighbour_scatter, scatter_off_lines
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.turns import turns_of
 
@@ -203,16 +203,11 @@ class Loop:
 
 
 def _scatter_arcsec(branches: Sequence[Branch]) -> float:
-    """Standard deviation of a reading from the straight line through its two neighbours; 0 where a
-    branch has too few readings to tell."""
+    """Standard deviation of a reading beside its two neighbours; 0 where a branch has too few
+    readings to tell."""
     if min(len(b.torque_Nm) for b in branches) < _LIMITS.readings_that_scatter:
         return 0.0
-    off = []
-    for x, y in ((b.torque_Nm, b.angle_arcsec) for b in branches):
-        share = (x[1:-1] - x[:-2]) / np.maximum(x[2:] - x[:-2], 1e-300)
-        line = (1 - share) * y[:-2] + share * y[2:]
-        off.append((y[1:-1] - line) / np.sqrt(1 + share**2 + (1 - share) ** 2))
-    return typical_size(np.concatenate(off))
+    return scatter_off_lines([(b.torque_Nm, b.angle_arcsec) for b in branches])
 
 
 def loops_of(readings: Readings) -> list[Loop]:

@@ -2,6 +2,7 @@
 
 typical_size       standard deviation of normal values about 0
 neighbour_scatter  of the values of series beside their neighbours
+scatter_off_lines  the same of values at places that are not evenly spaced
 """
 
 from __future__ import annotations
@@ -30,3 +31,13 @@ def neighbour_scatter(series: Sequence[Floats], order: int) -> float:
     differences = [np.diff(values, order) for values in series]
     size = typical_size(np.concatenate(differences)) if differences else 0.0
     return size / sqrt(comb(2 * order, order))
+
+
+def scatter_off_lines(series: Sequence[tuple[Floats, Floats]]) -> float:
+    """Of values y at rising places x off the straight lines through their two neighbours."""
+    off = []
+    for x, y in series:
+        share = (x[1:-1] - x[:-2]) / np.maximum(x[2:] - x[:-2], 1e-300)
+        line = (1 - share) * y[:-2] + share * y[2:]
+        off.append((y[1:-1] - line) / np.sqrt(1 + share**2 + (1 - share) ** 2))
+    return typical_size(np.concatenate(off)) if off else 0.0
