@@ -34,7 +34,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::effect;
-use crate::effect::dual::Dual;
+use crate::effect::dual::{Dual, WIDTH};
 use crate::effect::port::{Action, DriveNumbers};
 use crate::error::{InvalidInput, require};
 use crate::geometry::undercut::undercuts;
@@ -278,8 +278,8 @@ impl Predictor {
     ) -> Result<Prediction, InvalidInput> {
         self.check_values(values)?;
         self.check_wanted(wanted)?;
-        let plain = self.chain(values, &[], on);
-        let shift_rad = plain.contact().contact_angle_shift_rad.value;
+        let chain = self.chain(values, first_of(wanted), on);
+        let shift_rad = chain.contact().contact_angle_shift_rad.value;
         let asked = self.asked(wanted);
         let at_shift = self.tables_at(shift_rad, asked.is_some_and(|asked| asked.contact_angle))?;
         if self.tables[at_shift].undercuts {
@@ -287,7 +287,7 @@ impl Predictor {
         }
         let gap_slots = self.gap_slots(values, wanted, on);
         self.renew_gaps(values, &gap_slots);
-        let call = Call { values, wanted, on, asked, plain, gap_slots, at_shift };
+        let call = Call { values, wanted, on, asked, chain, gap_slots, at_shift };
         // Kept whatever becomes of the call: they are solutions even where an own effect fails behind them. They are there
         // again where a call before this one was unwound.
         let mut states = std::mem::take(&mut self.states);
@@ -450,17 +450,17 @@ impl Predictor {
     fn sites<'t>(
         &'t self,
         tables: &'t [Tables],
-        plain: &Chain,
+        chain: &Chain,
         values: &[f64],
         gap_slots: &[usize],
         wanted: &[usize],
     ) -> Vec<Site<'t>> {
-        let contact = &plain.contact();
+        let contact = &chain.contact();
         if let Reducer::TorsionSpring(curve) = &self.reducer {
             let spring = Carrier::Spring(Spring::new(curve, contact));
             return vec![Site::new(spring, contact); self.angles_rad.len()];
         }
-        let spring_N_per_m = self.spring(plain);
+        let spring_N_per_m = self.spring(chain);
         let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
         self.spread(tables.iter().enumerate().collect(), |(angle, tables)| {
             let gap = |&slot: &usize| Some((slot, &gaps_of(slot)?.at_angle[angle]));
@@ -481,6 +481,11 @@ impl Predictor {
             parts.into_par_iter().map(of).collect()
         }
     }
+}
+
+/// The wanted parameters that are carried along with the values.
+fn first_of(wanted: &[usize]) -> &[usize] {
+    wanted.chunks(WIDTH).next().unwrap_or_default()
 }
 
 /// A number, seeded where it is one of the block.
