@@ -45,8 +45,13 @@ class Effort:
     curved: int = 2
     """Sets of an effect that does not grow in proportion that are searched for other modes before
     effects are added to any."""
-    large: int = 6
-    """Effects of a torsion spring, those of its best pairs, of which three are fitted at once."""
+    large: int = 8
+    """Effects of a torsion spring: those alone of which one is in each pair that is fitted at once,
+    and those of the best pairs of which three are."""
+    at_once: int = 30
+    """Sets of those that are fitted in more than one form."""
+    best: int = 2
+    """Sets of those that are fitted in all of their forms."""
 
 
 EFFORT = Effort()
