@@ -51,7 +51,8 @@ fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
 
 const AT_REST: Dual = Dual::constant(0.0);
 
-/// Whether torque and rate are those of the start again, to half a step and a tenth of the largest rate.
+/// Whether torque and rate are those of the start again, to half of the largest step and a fifth of the largest rate: the rate of
+/// the last step is half a step late.
 fn ends_as_it_begins(run: &[Row], rates: &[Rate]) -> bool {
     let last = run.len() - 1;
     if last < 3 {
@@ -60,7 +61,9 @@ fn ends_as_it_begins(run: &[Row], rates: &[Rate]) -> bool {
     let off_Nm = run[last].torque_Nm - run[0].torque_Nm;
     let off_Nm_per_s = rates[last].arriving_Nm_per_s - rates[0].leaving_Nm_per_s;
     let most = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.leaving_Nm_per_s.abs()));
-    off_Nm.abs() < 0.5 * (run[1].torque_Nm - run[0].torque_Nm).abs() && off_Nm_per_s.abs() < 0.1 * most
+    let step_Nm =
+        run.windows(2).fold(0.0_f64, |most, pair| most.max((pair[1].torque_Nm - pair[0].torque_Nm).abs()));
+    off_Nm.abs() < 0.5 * step_Nm && off_Nm_per_s.abs() < 0.2 * most
 }
 
 /// What is added at each reading from what is added at the first.

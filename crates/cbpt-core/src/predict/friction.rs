@@ -215,17 +215,20 @@ impl Held<'_> {
 
     /// The shortest angle over which a friction builds up, rad.
     fn shortest_rad(&self) -> f64 {
-        let angle = |friction: &Friction| friction.engagement_angle_rad.value;
-        self.load.friction.iter().map(angle).fold(f64::INFINITY, f64::min)
+        let both = self.frictions(true).chain(self.frictions(false));
+        both.map(|(_, _, friction)| friction.engagement_angle_rad.value).fold(f64::INFINITY, f64::min)
     }
 
-    /// The frictions that help, or the others, with their states before the way and their limits (N m).
+    /// The frictions that help, or the others, with their states before the way and their limits (N m); without those of which
+    /// only the sensitivity is wanted.
     fn frictions(&self, helps: bool) -> impl Iterator<Item = (f64, f64, &Friction)> {
         let all = self.memory.states.iter().zip(self.limits_Nm).zip(&self.load.friction);
-        all.filter(move |(_, friction)| friction.helps == helps).map(move |((z, limit), friction)| {
-            let limit_Nm = if helps { limit.value.min(0.0) } else { limit.value.max(0.0) };
-            (z.value, limit_Nm, friction)
-        })
+        all.filter(move |((_, limit), friction)| friction.helps == helps && limit.value != 0.0).map(
+            move |((z, limit), friction)| {
+                let limit_Nm = if helps { limit.value.min(0.0) } else { limit.value.max(0.0) };
+                (z.value, limit_Nm, friction)
+            },
+        )
     }
 }
 

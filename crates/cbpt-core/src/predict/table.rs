@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use crate::effect::dual::{Dual, WIDTH};
+use crate::effect::port::Contact;
 use crate::error::InvalidInput;
 use crate::status::Status;
 
@@ -25,6 +26,8 @@ pub struct Call<'a> {
     pub asked: Option<Wanted>,
     /// The effects, with derivatives by the first [`WIDTH`] that are wanted.
     pub chain: Chain,
+    /// What the contacts become.
+    pub contact: Contact,
     /// Sizes of effects on gaps that are not neutral or wanted.
     pub gap_slots: Vec<usize>,
     /// Place of the meshing points among the predictor's.
@@ -40,7 +43,7 @@ impl Predictor {
     ) -> Result<Prediction, InvalidInput> {
         let Call { values, wanted, asked, chain, gap_slots, .. } = call;
         let tables = &self.tables[call.at_shift].at_angle;
-        let sites = self.sites(tables, chain, values, gap_slots, wanted);
+        let sites = self.sites(tables, call);
         let friction = self.remembers(chain, wanted);
         let groups = self.groups(friction);
         let (rows, site_of) = (self.rows.by_run(), self.angle_of_row.as_slice());

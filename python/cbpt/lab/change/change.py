@@ -151,6 +151,7 @@ def change(
     tell = rising(progress or untold)
     with one_blas_thread():
         asked_for, own = (None, []) if effects is None else chosen(case, effects)
+        tell("friction from run to run", 0.0)
         ready = [prepared(campaign_of(case, part, own)) for part in parts]
         campaigns, histories = with_their_history([campaign for campaign, _ in ready], asked_for)
         of_levels = dict(zip(names, campaigns, strict=True))

@@ -24,13 +24,15 @@ class Effort:
     variant_room: float = 5.0
     """Log odds below the best variant of an effect at which another one is fitted."""
     sets: int = 10
-    """Pairs and triples of the linear search that are fitted in full."""
+    """Pairs and triples of the linear search that are fitted in full, and sets far behind that are
+    tried with the kind of noise of the best."""
     room: float = 6.0
     """Log odds below the best at which the linear search may see a set that is fitted."""
     curved_room: float = 10.0
     """The same where one of effects that need one another does not grow in proportion."""
     rounds: int = 4
-    """Sets to which effects are added and from which they are taken."""
+    """Sets to which effects are added and from which they are taken; of large effects those from
+    which they are only taken come on top."""
     additions: int = 3
     """Effects that are added to each of them."""
     most: int = 4

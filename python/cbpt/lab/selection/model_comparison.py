@@ -4,9 +4,9 @@ compete  screen, fit, weigh -> Competition
 
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
 glance); single effects that may matter, and the pairs and triples that the linear search offers (of
-a torsion spring, all pairs, and triples of the best), fitted in full; sets of one effect more, less
-or another than the best; lack of fit that no effect names, alone and on top of the best. All are
-weighed by evidence and prior odds, so no order of asking decides.
+a torsion spring also two to four large effects at once), fitted in full; sets of one effect more,
+less or another than the best; lack of fit that no effect names, alone and on top of the best. All
+are weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
@@ -280,7 +280,7 @@ class _Contest:
         done: set[Names] = set()
         # Of effects as large as the loop the best set may be one of another valley.
         room = EFFORT.settled_room if self.are_large else EFFORT.room
-        while (number := sum(len(n) < EFFORT.most for n in done)) < EFFORT.rounds:
+        while (number := self.rounds_of(done)) < EFFORT.rounds:
             self.report("one effect more, less or another", 0.65 + 0.2 * number / EFFORT.rounds)
             open_ = [n for n in self.fits if n not in done and n and len(n) <= EFFORT.most]
             base = max(open_, key=self.score, default=None)
@@ -299,6 +299,10 @@ class _Contest:
                     # None where the fit put another of its effects to nothing.
                     if rest is not None:
                         self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
+
+    def rounds_of(self, done: set[Names]) -> int:
+        """How many sets count as tried; of large effects those that something was added to."""
+        return sum(not self.are_large or len(names) < EFFORT.most for names in done)
 
     def fit_near(self, offers: Sequence[Sequence[Offer]]) -> None:
         """The best offers, each in all of its forms, that may come near the best fit and are not
@@ -495,13 +499,15 @@ class _Contest:
             best = max(self.fits, key=self.score)
             fit, c = self.fits[best], self.fitter.campaign
             near = self.score(best) - EFFORT.settled_room
-            if _is_odd(fit.noise):
-                bare = again(fit, _bare(fit.noise, c))(self.fitter)
-                near -= 0 if bare is None else max(self.score(best) - self.setting.score(bare), 0)
-            fits = [self.fits[n] for n in self.fits if self.score(n) > near]
-            others = [other for other in fits if kind_of(other.noise) != kind_of(fit.noise)]
-            others.sort(key=self.setting.score, reverse=True)
-            tasks = (again(other, fit.noise) for other in others[: EFFORT.sets])
+            others = [f for f in self.fits.values() if kind_of(f.noise) != kind_of(fit.noise)]
+            tried = [other for other in others if self.setting.score(other) > near]
+            bare = replace(_bare(fit.noise, c), torque_arcsec=c.plain_noise.torque_arcsec)
+            if kind_of(bare) != kind_of(fit.noise):
+                without = again(fit, bare)(self.fitter)
+                worth = fit.log_evidence - (without.log_evidence if without else np.nan)
+                further = [f for f in others if near >= self.setting.score(f) > near - worth]
+                tried += sorted(further, key=self.setting.score)[-EFFORT.sets :]
+            tasks = (again(other, fit.noise) for other in tried)
             self.crew.each(tasks, self.keep)
             if max(self.fits, key=self.score) == best:
                 return
