@@ -152,33 +152,6 @@ fn effects_without_memory_follow_the_closed_form() {
     assert!(found.regime.iter().all(Option::is_none));
 }
 
-/// An effect that stands twice, once without a size: its shapes took the place of the other's where its sensitivity was wanted.
-#[test]
-fn angles_do_not_depend_on_what_is_wanted() {
-    for (id, acting) in [
-        ("hard_stop", [("taken_share", 0.5), ("stop_torque", 2.0)]),
-        ("backlash", [("play", 0.02), ("transition_torque", 3.0)]),
-        ("stiffness_curve", [("squared", 0.01), ("reference_torque", 10.0)]),
-        ("friction_hysteresis", [("friction_torque", 2.0), ("engagement_angle", 1e-3)]),
-    ] {
-        let mut predictor = Predictor::new(linear(), &[id, id], rows()).unwrap();
-        let mut values = predictor.neutral();
-        for (stem, number) in acting {
-            // That of the first instance.
-            let place = predictor.parameters().iter().position(|slot| stem_of(slot) == stem);
-            values[place.unwrap_or_else(|| panic!("{id} has no {stem}"))] = number;
-        }
-        let all: Vec<usize> = (0..values.len()).collect();
-        let fitted: Vec<usize> =
-            all.into_iter().filter(|place| predictor.predict(&values, &[*place]).is_ok()).collect();
-        predictor.cold();
-        let plain = predictor.predict(&values, &[]).unwrap().angle_rad;
-        predictor.cold();
-        let beside = predictor.predict(&values, &fitted).unwrap().angle_rad;
-        assert_eq!(plain, beside, "{id}");
-    }
-}
-
 /// Far past the engagement angle the branches of a loop stand T0 (1 + g |M|)/k to either side of the spring.
 #[test]
 fn the_loop_is_as_wide_as_the_friction_that_grows_with_the_load() {
@@ -229,7 +202,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "reference_torque") => 21.0,
         ("stiffness_curve", "added_compliance_1") => 2e-4,
         ("stiffness_curve", "break_torque_1") => 5.3,
-        ("stiffness_curve", "break_torque_2") => 9.7,
+        ("stiffness_curve", "break_torque_2") => 16.7,
         ("stiffness_curve", "added_compliance_2") | ("output_torsion", "compliance") => 1e-4,
         ("output_torsion", "asymmetry") | (_, "lag") => 0.2,
         ("output_torsion", "stiffening") => 0.02,
@@ -246,8 +219,6 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "breakaway_share") => 0.4,
         (_, "weakening_ratio") => 4.5,
         (_, "permanent_set" | "permanent_set_of_run" | "settled" | "warm_up") => 3e-4,
-        // Not so late that no load reaches a stop.
-        ("damping", "time_constant") => 2.1,
         (_, "time_constant") => 7.0,
         (_, "settling_cycles") => 2.0,
         (_, "starts_moving") => 1.0,

@@ -47,7 +47,7 @@ pub struct DriveNumbers {
 }
 
 /// The load of a row on its way to the meshing points.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Load {
     /// Torque M0 on the output, N m.
     pub torque_Nm: Dual,
