@@ -152,6 +152,33 @@ fn effects_without_memory_follow_the_closed_form() {
     assert!(found.regime.iter().all(Option::is_none));
 }
 
+/// An effect may stand twice, once without a size: its shapes are no matter, even where its sensitivity is wanted.
+#[test]
+fn angles_do_not_depend_on_what_is_wanted() {
+    for (id, acting) in [
+        ("hard_stop", [("taken_share", 0.5), ("stop_torque", 2.0)]),
+        ("backlash", [("play", 0.02), ("transition_torque", 3.0)]),
+        ("stiffness_curve", [("squared", 0.01), ("reference_torque", 10.0)]),
+        ("friction_hysteresis", [("friction_torque", 2.0), ("engagement_angle", 1e-3)]),
+    ] {
+        let mut predictor = Predictor::new(linear(), &[id, id], rows()).unwrap();
+        let mut values = predictor.neutral();
+        for (stem, number) in acting {
+            // That of the first instance.
+            let place = predictor.parameters().iter().position(|slot| stem_of(slot) == stem);
+            values[place.unwrap_or_else(|| panic!("{id} has no {stem}"))] = number;
+        }
+        let all: Vec<usize> = (0..values.len()).collect();
+        let fitted: Vec<usize> =
+            all.into_iter().filter(|place| predictor.predict(&values, &[*place]).is_ok()).collect();
+        predictor.cold();
+        let plain = predictor.predict(&values, &[]).unwrap().angle_rad;
+        predictor.cold();
+        let beside = predictor.predict(&values, &fitted).unwrap().angle_rad;
+        assert_eq!(plain, beside, "{id}");
+    }
+}
+
 /// Far past the engagement angle the branches of a loop stand T0 (1 + g |M|)/k to either side of the spring.
 #[test]
 fn the_loop_is_as_wide_as_the_friction_that_grows_with_the_load() {
