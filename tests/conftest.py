@@ -12,7 +12,7 @@ import pytest
 from cbpt.lab.diagnosis import diagnose
 from cbpt.lab.readings.apart import Limits
 from cbpt.lab.selection import model_comparison
-from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.competition import Competition
 from cbpt.page.workbench import ahead
 from common import PATIENCE_S
 from common.browser import chromium

@@ -22,8 +22,8 @@ from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.selection import decision
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
-from cbpt.lab.selection.model_comparison import Competition
 from common.simulated import Floats, plan
 
 NUMBERS = dict.fromkeys(PRIORS, (1.0, 0.02, 1.0))

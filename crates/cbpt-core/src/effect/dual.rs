@@ -10,7 +10,7 @@ use crate::real::Real;
 pub const WIDTH: usize = 16;
 
 /// A value and its partial derivatives.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Dual {
     /// The value.
     pub value: f64,
@@ -29,6 +29,11 @@ impl Dual {
         let mut this = Self::constant(value);
         this.partials[slot] = 1.0;
         this
+    }
+
+    /// Whether it depends on any of the parameters.
+    pub fn depends(&self) -> bool {
+        self.partials.iter().any(|partial| *partial != 0.0)
     }
 
     /// f(x) by the chain rule, from f and df/dx at x.

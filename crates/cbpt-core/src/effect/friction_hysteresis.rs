@@ -80,8 +80,16 @@ pub fn dahl(before: f64, way_rad: f64, engagement_angle_rad: f64, exponent: f64)
         return (sense - (sense - before) * by_before, [0.0, by_before, 0.0, 0.0]);
     }
     let log_left = left.ln();
+    if exponential {
+        let by_before = (-share).exp();
+        let rest = left * by_before;
+        let by_way = rest / engagement_angle_rad;
+        let by_exponent = share * (log_left - 0.5 * share);
+        let by_angle = -by_way * way_rad / engagement_angle_rad;
+        return (sense * (1.0 - rest), [by_way, by_before, by_angle, sense * rest * by_exponent]);
+    }
     // The way in shares of the angle over which what is left builds up.
-    let local = if exponential { share } else { share * (-q * log_left).exp() };
+    let local = share * (-q * log_left).exp();
     let slipped = q * local;
     if slipped >= 1.0 {
         return (sense, [0.0; 4]);

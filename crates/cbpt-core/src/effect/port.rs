@@ -47,7 +47,7 @@ pub struct DriveNumbers {
 }
 
 /// The load of a row on its way to the meshing points.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Load {
     /// Torque M0 on the output, N m.
     pub torque_Nm: Dual,

@@ -62,25 +62,29 @@ impl Chain {
     /// The load of a row: the instruments' gains first, then what acts on its way to the meshing points, then what own
     /// effects have added.
     pub fn load(&self, row: &Row, added: &Added) -> Load {
-        let mut load = Load {
-            torque_Nm: Dual::constant(row.torque_Nm),
-            preload_N: Dual::constant(row.preload_N),
-            spring_N_per_m: Dual::constant(0.0),
-            friction: Vec::new(),
-        };
+        let mut load = Load::default();
+        self.load_into(&mut load, row, added);
+        load
+    }
+
+    /// The same in place of another load.
+    pub fn load_into(&self, load: &mut Load, row: &Row, added: &Added) {
+        load.torque_Nm = Dual::constant(row.torque_Nm);
+        load.preload_N = Dual::constant(row.preload_N);
+        load.spring_N_per_m = Dual::constant(0.0);
+        load.friction.clear();
         for gain in [true, false] {
             for link in self.links.iter().filter(|link| (link.port == Port::Reading) == gain) {
                 match link.action {
-                    Action::Load(act) => act(&link.own, row, &mut load),
+                    Action::Load(act) => act(&link.own, row, load),
                     Action::Torques(_) => load.torque_Nm += link.torques_Nm[row.place],
-                    Action::ThermalLoad(_, act) => act(&link.own, link.temperature(row), &mut load),
+                    Action::ThermalLoad(_, act) => act(&link.own, link.temperature(row), load),
                     _ => {}
                 }
             }
         }
         load.torque_Nm += added.torque_Nm;
         load.preload_N += added.preload_N;
-        load
     }
 
     /// What the contacts of all pairs become.

@@ -21,17 +21,8 @@ use crate::effect::dual::Dual;
 use crate::effect::port::{Friction, Load};
 use crate::status::Status;
 
-use super::mesh::{Mesh, Wanted, Warm};
+use super::mesh::{Mesh, Turned, Wanted, Warm};
 use super::site::Site;
-
-/// The friction's memory: the total angle of the reading before and the state of each friction.
-#[derive(Debug, Clone, Default)]
-pub struct Memory<T> {
-    /// Total angle of the reading before, rad.
-    pub angle_rad: T,
-    /// State of each friction.
-    pub states: Vec<T>,
-}
 
 /// Steps for the torque at the meshing points; bisection alone would need 50, and every other step may be one.
 const MOST_STEPS: u32 = 200;
@@ -42,44 +33,63 @@ const MOST_SLIPS: u32 = 5000;
 /// Share of the shortest engagement angle over which friction is straight enough for Newton's method.
 const STRAIGHT: f64 = 0.02;
 
-/// The total angle from the one at the meshing points' torque held; moves the memory on.
-pub fn with_torque(at_torque: Dual, per_torque: f64, load: &Load, memory: &mut Memory<Dual>) -> Dual {
-    let way = at_torque.value - memory.angle_rad.value;
-    let mut torque = load.torque_Nm;
-    let mut resistance = 1.0;
-    // Each friction: its state now, and its derivatives by the way and by what it was.
-    let mut after = Vec::with_capacity(memory.states.len());
-    for (before, friction) in memory.states.iter().zip(&load.friction) {
-        let limit = friction.limit_Nm(load);
-        let (z, [by_way, by_before, by_angle, by_exponent]) = friction.after(before.value, way);
-        let mut state = Dual::constant(z);
-        state.add_slope(by_before, before);
-        state.add_slope(by_angle, &friction.engagement_angle_rad);
-        state.add_slope(by_exponent, &friction.exponent);
-        state.add_slope(-by_way, &memory.angle_rad);
-        let mut held = state;
-        held.add_slope(by_way, &at_torque);
-        torque = torque - limit * held;
-        resistance += per_torque * limit.value * by_way;
-        after.push((state, by_way));
+/// The friction's memory.
+#[derive(Debug, Clone, Default)]
+pub struct Memory {
+    /// Total angle of the reading before, rad.
+    angle_rad: Dual,
+    /// State of each friction.
+    states: Vec<Dual>,
+    /// The derivative of each by the way since the reading before, 1/rad.
+    by_way: Vec<f64>,
+}
+
+impl Memory {
+    /// At an angle (rad), and so many frictions at rest.
+    pub fn begin(&mut self, angle_rad: Dual, frictions: usize) {
+        self.angle_rad = angle_rad;
+        self.states = vec![Dual::constant(0.0); frictions];
     }
-    let mut total = at_torque;
-    total.add_slope(per_torque / resistance, &torque);
-    for (state, (mut z, by_way)) in memory.states.iter_mut().zip(after) {
-        z.add_slope(by_way, &total);
-        *state = z;
+
+    /// The total angle from the one at the meshing points' torque held; moves on to it.
+    /// limits: the largest torque of each friction, N m.
+    pub fn after(&mut self, at_torque: Dual, per_torque: f64, load: &Load, limits: &[Dual]) -> Dual {
+        let way = at_torque.value - self.angle_rad.value;
+        let mut torque = load.torque_Nm;
+        let mut resistance = 1.0;
+        // The states without what the way adds to their derivatives.
+        self.by_way.clear();
+        for ((state, friction), limit) in self.states.iter_mut().zip(&load.friction).zip(limits) {
+            let (z, [by_way, by_before, by_angle, by_exponent]) = friction.after(state.value, way);
+            *state = state.chain(z, by_before);
+            state.add_slope(by_angle, &friction.engagement_angle_rad);
+            state.add_slope(by_exponent, &friction.exponent);
+            state.add_slope(-by_way, &self.angle_rad);
+            let mut held = *state;
+            held.add_slope(by_way, &at_torque);
+            torque = torque - *limit * held;
+            resistance += per_torque * limit.value * by_way;
+            self.by_way.push(by_way);
+        }
+        let mut total = at_torque;
+        total.add_slope(per_torque / resistance, &torque);
+        for (state, by_way) in self.states.iter_mut().zip(&self.by_way) {
+            state.add_slope(*by_way, &total);
+        }
+        self.angle_rad = total;
+        total
     }
-    memory.angle_rad = total;
-    total
 }
 
 /// A row whose meshing points carry what friction leaves of its torque.
 pub struct Held<'a> {
     pub site: &'a Site<'a>,
     pub load: &'a Load,
+    /// The largest torque of each friction under that load, N m.
+    pub limits_Nm: &'a [Dual],
     /// What stands in series, rad.
     pub series_rad: f64,
-    pub memory: &'a Memory<f64>,
+    pub memory: &'a Memory,
     pub wanted: Option<Wanted>,
 }
 
@@ -89,35 +99,30 @@ impl Held<'_> {
     /// # Errors
     /// The status, where there is no solution.
     pub fn solve(&self, warm: &mut Warm, mesh_torque_Nm: &mut Option<f64>) -> Result<Mesh, Status> {
-        let helped = self.frictions(true).any(|(_, friction)| self.limit_Nm(friction) != 0.0);
-        let (m, mesh) = if helped {
+        let helped = self.frictions(true).any(|(_, limit_Nm, _)| limit_Nm != 0.0);
+        let m = if helped {
             self.first_reached(warm, mesh_torque_Nm)?
         } else {
-            self.balanced(0.0, warm, mesh_torque_Nm)?
+            self.balanced(0.0, warm, mesh_torque_Nm)?.0
         };
-        let again = |wanted| self.site.solve([m, self.load.preload_N.value], Some(wanted), warm);
-        self.wanted.map_or(Ok(mesh), again)
+        self.site.solve([m, self.load.preload_N.value], self.wanted, warm)
     }
 
     /// The first root on the way, where a part of the friction helps.
-    fn first_reached(
-        &self,
-        warm: &mut Warm,
-        mesh_torque_Nm: &mut Option<f64>,
-    ) -> Result<(f64, Mesh), Status> {
+    fn first_reached(&self, warm: &mut Warm, mesh_torque_Nm: &mut Option<f64>) -> Result<f64, Status> {
         let size = self.load.torque_Nm.value.abs() + self.most_Nm(false) + self.most_Nm(true);
         let straight_rad = STRAIGHT * self.shortest_rad();
         let mut help_Nm = self.helps(0.0)[0];
         let mut left_Nm = f64::INFINITY;
         for _ in 0..MOST_SLIPS {
-            let (m, mesh) = self.balanced(help_Nm, warm, mesh_torque_Nm)?;
-            let [there_Nm, by_way] = self.helps(self.way_rad(&mesh));
+            let (m, turned) = self.balanced(help_Nm, warm, mesh_torque_Nm)?;
+            let [there_Nm, by_way] = self.helps(self.way_rad(turned));
             left_Nm = there_Nm - help_Nm;
             if left_Nm.abs() <= TOLERANCE * size {
-                return Ok((m, mesh));
+                return Ok(m);
             }
             // What the rotation turns for each newton metre of help, and the help that this brings in its turn.
-            let rad_per_Nm = mesh.slopes.torque / self.unbalanced(m, &mesh, help_Nm).1;
+            let rad_per_Nm = turned.by_torque / self.unbalanced(m, turned, help_Nm).1;
             let again = by_way * rad_per_Nm;
             let newton = left_Nm / (1.0 - again);
             let near = again < 1.0 && (newton * rad_per_Nm).abs() <= straight_rad;
@@ -134,19 +139,19 @@ impl Held<'_> {
         help_Nm: f64,
         warm: &mut Warm,
         mesh_torque_Nm: &mut Option<f64>,
-    ) -> Result<(f64, Mesh), Status> {
+    ) -> Result<(f64, Turned), Status> {
         let (torque_Nm, preload_N) = (self.load.torque_Nm.value + help_Nm, self.load.preload_N.value);
         let most = self.most_Nm(false);
         // Friction before the way.
-        let now: f64 = self.frictions(false).map(|(z, friction)| self.limit_Nm(friction) * z).sum();
+        let now: f64 = self.frictions(false).map(|(z, limit_Nm, _)| limit_Nm * z).sum();
         let (mut low, mut high) = (torque_Nm - most, torque_Nm + most);
         let mut m = mesh_torque_Nm.unwrap_or(torque_Nm - now).clamp(low, high);
         let size = torque_Nm.abs() + most;
         let mut step = high - low;
         let mut last = Status::NotConverged { residual: f64::INFINITY };
         for _ in 0..MOST_STEPS {
-            let mesh = match self.site.solve([m, preload_N], None, warm) {
-                Ok(mesh) => mesh,
+            let turned = match self.site.turned([m, preload_N], warm) {
+                Ok(turned) => turned,
                 Err(status) => {
                     // Too much to hold: less of it, as far as the friction reaches.
                     last = status;
@@ -158,13 +163,13 @@ impl Held<'_> {
                     continue;
                 }
             };
-            let (unbalanced_Nm, slope) = self.unbalanced(m, &mesh, help_Nm);
+            let (unbalanced_Nm, slope) = self.unbalanced(m, turned, help_Nm);
             // Across a steep step the torque's last digit may be more than the tolerance of the balance.
             if unbalanced_Nm.abs() <= TOLERANCE * size
                 || (unbalanced_Nm / slope).abs() <= f64::EPSILON * m.abs()
             {
                 *mesh_torque_Nm = Some(m);
-                return Ok((m, mesh));
+                return Ok((m, turned));
             }
             last = Status::NotConverged { residual: unbalanced_Nm.abs() / size };
             narrow(&mut low, &mut high, m, unbalanced_Nm > 0.0);
@@ -178,52 +183,52 @@ impl Held<'_> {
     }
 
     /// m - M0 - help + sum L z of what does not help, under a torque m at the meshing points, and its derivative by m.
-    fn unbalanced(&self, m: f64, mesh: &Mesh, help_Nm: f64) -> (f64, f64) {
-        let way = self.way_rad(mesh);
+    fn unbalanced(&self, m: f64, turned: Turned, help_Nm: f64) -> (f64, f64) {
+        let way = self.way_rad(turned);
         let (mut unbalanced_Nm, mut slope) = (m - (self.load.torque_Nm.value + help_Nm), 1.0);
-        for (z, friction) in self.frictions(false) {
-            let (z, [by_way, ..]) = friction.after(*z, way);
-            unbalanced_Nm += self.limit_Nm(friction) * z;
-            slope += self.limit_Nm(friction) * by_way * mesh.slopes.torque;
+        for (z, limit_Nm, friction) in self.frictions(false) {
+            let (z, [by_way, ..]) = friction.after(z, way);
+            unbalanced_Nm += limit_Nm * z;
+            slope += limit_Nm * by_way * turned.by_torque;
         }
         (unbalanced_Nm, slope)
     }
 
     /// What it has turned since the reading before, rad.
-    fn way_rad(&self, mesh: &Mesh) -> f64 {
-        mesh.angle_rad + self.series_rad - self.memory.angle_rad
+    fn way_rad(&self, turned: Turned) -> f64 {
+        turned.angle_rad + self.series_rad - self.memory.angle_rad.value
     }
 
     /// The torque by which frictions help after a way, and its derivative by the way.
     fn helps(&self, way_rad: f64) -> [f64; 2] {
         let mut sum = [0.0; 2];
-        for (z, friction) in self.frictions(true) {
-            let (z, [by_way, ..]) = friction.after(*z, way_rad);
-            let limit = self.limit_Nm(friction);
-            sum = [sum[0] - limit * z, sum[1] - limit * by_way];
+        for (z, limit_Nm, friction) in self.frictions(true) {
+            let (z, [by_way, ..]) = friction.after(z, way_rad);
+            sum = [sum[0] - limit_Nm * z, sum[1] - limit_Nm * by_way];
         }
         sum
     }
 
     fn most_Nm(&self, helps: bool) -> f64 {
-        self.frictions(helps).map(|(_, friction)| self.limit_Nm(friction).abs()).sum()
+        self.frictions(helps).map(|(_, limit_Nm, _)| limit_Nm.abs()).sum()
     }
 
     /// The shortest angle over which a friction builds up, rad.
     fn shortest_rad(&self) -> f64 {
-        let angle = |friction: &Friction| friction.engagement_angle_rad.value;
-        self.load.friction.iter().map(angle).fold(f64::INFINITY, f64::min)
+        let both = self.frictions(true).chain(self.frictions(false));
+        both.map(|(_, _, friction)| friction.engagement_angle_rad.value).fold(f64::INFINITY, f64::min)
     }
 
-    /// The frictions that help, or the others, with their states before the way.
-    fn frictions(&self, helps: bool) -> impl Iterator<Item = (&f64, &Friction)> {
-        let all = self.memory.states.iter().zip(&self.load.friction);
-        all.filter(move |(_, friction)| friction.helps == helps)
-    }
-
-    fn limit_Nm(&self, friction: &Friction) -> f64 {
-        let limit = friction.limit_Nm(self.load).value;
-        if friction.helps { limit.min(0.0) } else { limit.max(0.0) }
+    /// The frictions that help, or the others, with their states before the way and their limits (N m); without those of which
+    /// only the sensitivity is wanted.
+    fn frictions(&self, helps: bool) -> impl Iterator<Item = (f64, f64, &Friction)> {
+        let all = self.memory.states.iter().zip(self.limits_Nm).zip(&self.load.friction);
+        all.filter(move |((_, limit), friction)| friction.helps == helps && limit.value != 0.0).map(
+            move |((z, limit), friction)| {
+                let limit_Nm = if helps { limit.value.min(0.0) } else { limit.value.max(0.0) };
+                (z.value, limit_Nm, friction)
+            },
+        )
     }
 }
 

@@ -308,6 +308,15 @@ pub struct Mesh {
     pub regime: Option<Regime>,
 }
 
+/// How far the meshing points, or a spring in their place, turn under a load.
+#[derive(Debug, Clone, Copy)]
+pub struct Turned {
+    /// The angle, rad.
+    pub angle_rad: f64,
+    /// Its derivative by the torque, rad/(N m).
+    pub by_torque: f64,
+}
+
 impl Mesh {
     fn add(&mut self, response: &Response, share: f64, rows: f64, pair: usize) {
         let weight = share * rows;

@@ -5,7 +5,7 @@
 //!   these add to a row ahead of its meshing points;
 //! - [`mesh`]: the pairs at one input angle under a load, and how their angle answers to each number;
 //! - `spring`: a torsion spring in their place; `site`: either of the two;
-//! - `run`: readings of a run one after the other; first the angles, then, from the solutions kept, their sensitivities;
+//! - `run`: readings of a run one after the other, their angles and the sensitivities of these;
 //! - `table`: all of them, and what is told;
 //! - `friction`: the torque at the meshing points where friction makes a run a history;
 //! - [`slots`]: effects of both kinds and their numbers; `check`: values that cannot be;
@@ -34,8 +34,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::effect;
-use crate::effect::dual::Dual;
-use crate::effect::port::{Action, DriveNumbers};
+use crate::effect::dual::{Dual, WIDTH};
+use crate::effect::port::{Action, Contact, DriveNumbers};
 use crate::error::{InvalidInput, require};
 use crate::geometry::undercut::undercuts;
 use crate::reducer::Reducer;
@@ -278,8 +278,8 @@ impl Predictor {
     ) -> Result<Prediction, InvalidInput> {
         self.check_values(values)?;
         self.check_wanted(wanted)?;
-        let plain = self.chain(values, &[], on);
-        let shift_rad = plain.contact().contact_angle_shift_rad.value;
+        let contact = self.contact(values, on);
+        let shift_rad = contact.contact_angle_shift_rad.value;
         let asked = self.asked(wanted);
         let at_shift = self.tables_at(shift_rad, asked.is_some_and(|asked| asked.contact_angle))?;
         if self.tables[at_shift].undercuts {
@@ -287,7 +287,8 @@ impl Predictor {
         }
         let gap_slots = self.gap_slots(values, wanted, on);
         self.renew_gaps(values, &gap_slots);
-        let call = Call { values, wanted, on, asked, plain, gap_slots, at_shift };
+        let chain = self.chain(values, first_of(wanted), on);
+        let call = Call { values, wanted, on, asked, chain, contact, gap_slots, at_shift };
         // Kept whatever becomes of the call: they are solutions even where an own effect fails behind them. They are there
         // again where a call before this one was unwound.
         let mut states = std::mem::take(&mut self.states);
@@ -333,12 +334,7 @@ impl Predictor {
     /// The effects that are on and do something at these values, or whose numbers are seeded.
     fn chain(&self, values: &[f64], seeds: &[usize], on: &dyn Fn(usize) -> bool) -> Chain {
         let acts = |effect: usize| {
-            self.own_slots(effect).any(|slot| {
-                let parameter = &self.slots[slot].parameter;
-                #[allow(clippy::float_cmp)] // neutral is neutral to the last bit
-                let sized = parameter.is_size() && values[slot] != parameter.neutral();
-                sized || seeds.contains(&slot)
-            })
+            self.own_slots(effect).any(|slot| self.is_sized(values, slot) || seeds.contains(&slot))
         };
         let (mut links, mut own) = (Vec::new(), Vec::new());
         for &effect in self.order.iter().filter(|effect| on(**effect)) {
@@ -353,6 +349,29 @@ impl Predictor {
             }
         }
         Chain { links, own, drive: self.numbers }
+    }
+
+    /// What the contacts become by the effects that do something: shapes of others are no matter, even where their sensitivity
+    /// is wanted.
+    fn contact(&self, values: &[f64], on: &dyn Fn(usize) -> bool) -> Contact {
+        let mut contact = Contact::unchanged();
+        for &effect in self.order.iter().filter(|effect| on(**effect)) {
+            let Some(Action::Contact(act)) = self.effects[effect].action() else { continue };
+            let own = self.own_slots(effect);
+            if own.clone().any(|slot| self.is_sized(values, slot)) {
+                let numbers: Vec<Dual> = own.map(|slot| Dual::constant(values[slot])).collect();
+                act(&numbers, &mut contact);
+            }
+        }
+        contact
+    }
+
+    /// Whether a number is a size that is not neutral.
+    fn is_sized(&self, values: &[f64], slot: usize) -> bool {
+        let parameter = &self.slots[slot].parameter;
+        #[allow(clippy::float_cmp)] // neutral is neutral to the last bit
+        let sized = parameter.is_size() && values[slot] != parameter.neutral();
+        sized
     }
 
     /// Whether rows of a run depend on each other: friction acts, or its sensitivity is wanted.
@@ -447,20 +466,13 @@ impl Predictor {
         self.rows.by_run().first().map_or(0.0, |row| chain.load(row, &Added::NOTHING).spring_N_per_m.value)
     }
 
-    fn sites<'t>(
-        &'t self,
-        tables: &'t [Tables],
-        plain: &Chain,
-        values: &[f64],
-        gap_slots: &[usize],
-        wanted: &[usize],
-    ) -> Vec<Site<'t>> {
-        let contact = &plain.contact();
+    fn sites<'t>(&'t self, tables: &'t [Tables], call: &Call<'_>) -> Vec<Site<'t>> {
+        let Call { chain, contact, values, gap_slots, wanted, .. } = call;
         if let Reducer::TorsionSpring(curve) = &self.reducer {
             let spring = Carrier::Spring(Spring::new(curve, contact));
             return vec![Site::new(spring, contact); self.angles_rad.len()];
         }
-        let spring_N_per_m = self.spring(plain);
+        let spring_N_per_m = self.spring(chain);
         let gaps_of = |slot: usize| self.gaps.iter().find(|gaps| gaps.slot == slot);
         self.spread(tables.iter().enumerate().collect(), |(angle, tables)| {
             let gap = |&slot: &usize| Some((slot, &gaps_of(slot)?.at_angle[angle]));
@@ -481,6 +493,11 @@ impl Predictor {
             parts.into_par_iter().map(of).collect()
         }
     }
+}
+
+/// The wanted parameters that are carried along with the values.
+fn first_of(wanted: &[usize]) -> &[usize] {
+    wanted.chunks(WIDTH).next().unwrap_or_default()
 }
 
 /// A number, seeded where it is one of the block.

@@ -1,4 +1,7 @@
-//! Readings one after the other: first their angles, then the sensitivities of these.
+//! Readings one after the other: their angles, with the sensitivities of these.
+//!
+//! A row with a memory has both at once; rows without one share solutions, so their sensitivities come after. Of parameters
+//! beyond those that are carried along together sensitivities follow from the solutions kept.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -6,12 +9,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::effect::dual::Dual;
-use crate::effect::port::{Load, Row};
+use crate::effect::port::{Contact, Load, Row};
 use crate::status::Status;
 
 use super::added::Added;
 use super::chain::Chain;
-use super::friction::{Held, Memory, with_torque};
+use super::friction::{Held, Memory};
 use super::mesh::{Mesh, Wanted, Warm};
 use super::site::Site;
 
@@ -166,44 +169,45 @@ impl Block<'_> {
         (self.chain.series(row, torque_Nm) + Added::to(i, self.added).series_rad).value
     }
 
-    /// Solves a history, one row after the other.
-    pub fn solve_history(&self, wanted: Option<Wanted>, states: &mut [RowState], solved: &mut [Solved]) {
-        let mut memory = Memory::default();
+    /// Solves a history, one row after the other, with the derivatives of its total angles by the seeded parameters.
+    pub fn solve_history(
+        &self,
+        gaps: &[Dual],
+        wanted: Option<Wanted>,
+        states: &mut [RowState],
+        solved: &mut [Solved],
+        totals: &mut [Dual],
+    ) {
+        let answers = Answers::new(&self.chain.contact(), gaps);
+        let mut history = self.history(&answers);
         for (i, row) in self.rows.iter().enumerate() {
             let (state, solved) = (&mut states[i], &mut solved[i]);
             let site = &self.sites[self.site_of[i]];
-            let added = Added::to(i, self.added);
-            let load = self.chain.load(row, added);
-            let preload_N = load.preload_N.value;
+            history.load(i, row);
+            let preload_N = history.load.preload_N.value;
             if i == 0 {
                 let unloaded = site.solve([0.0, preload_N], wanted, &mut Warm::default()).ok();
-                let series = self.chain.series(row, load.torque_Nm * 0.0) + added.series_at_rest_rad;
-                memory.angle_rad = unloaded.as_ref().map_or(0.0, |mesh| mesh.angle_rad) + series.value;
-                memory.states = vec![0.0; load.friction.len()];
                 solved.unloaded = unloaded.map(Arc::new);
+                history.begin(row, solved.unloaded.as_deref());
             }
-            if !added.finite {
+            if !Added::to(i, self.added).finite {
                 solved.status = Status::EffectNotFinite;
                 continue;
             }
-            let series = (self.chain.series(row, load.torque_Nm) + added.series_rad).value;
+            let load = &history.load;
             let found = if load.friction.is_empty() {
                 site.solve([load.torque_Nm.value, preload_N], wanted, &mut state.warm)
             } else {
-                let held = Held { site, load: &load, series_rad: series, memory: &memory, wanted };
+                let SoFar { limits_Nm, memory, series_rad, .. } = &history;
+                let held = Held { site, load, limits_Nm, series_rad: series_rad.value, memory, wanted };
                 held.solve(&mut state.warm, &mut state.mesh_torque_Nm)
             };
             match found {
                 Ok(mesh) => {
                     solved.mesh_load = [mesh.torque_Nm, preload_N];
-                    let total = mesh.angle_rad + series;
-                    let way = total - memory.angle_rad;
-                    for (z, friction) in memory.states.iter_mut().zip(&load.friction) {
-                        *z = friction.after(*z, way).0;
-                    }
-                    memory.angle_rad = total;
+                    totals[i] = history.total(&mesh);
                     (solved.status, solved.total_rad, solved.mesh) =
-                        (mesh.status, total, Some(Arc::new(mesh)));
+                        (mesh.status, totals[i].value, Some(Arc::new(mesh)));
                 }
                 Err(status) => solved.status = status,
             }
@@ -211,41 +215,127 @@ impl Block<'_> {
     }
 
     /// Total angles with their derivatives by the parameters that are seeded in the chain, from the solutions kept.
-    pub fn differentiate(&self, gaps: &[Dual], friction: bool, solved: &[Solved], totals: &mut [Dual]) {
-        let contact = self.chain.contact();
-        let mesh_angle = |mesh: &Mesh, load: &Load| {
-            let slopes = &mesh.slopes;
-            let mut angle = Dual::constant(mesh.angle_rad);
-            angle.add_slope(slopes.preload, &load.preload_N);
-            angle.add_slope(slopes.spring, &load.spring_N_per_m);
-            angle.add_slope(slopes.log_stiffness / contact.stiffness_scale.value, &contact.stiffness_scale);
-            angle.add_slope(slopes.contact_angle, &contact.contact_angle_shift_rad);
-            angle.add_slope(slopes.exponent, &contact.exponent);
-            for (slope, number) in mesh.spring.iter().zip(contact.of_spring()) {
-                angle.add_slope(*slope, number);
-            }
-            for (slope, number) in mesh.stop.iter().zip([&contact.stop_share, &contact.stop_torque_Nm]) {
-                angle.add_slope(*slope, number);
-            }
-            for (slope, gap) in slopes.gaps.iter().zip(gaps) {
-                angle.add_slope(*slope, gap);
-            }
-            angle
-        };
-        let mut memory = Memory { angle_rad: Dual::constant(0.0), states: Vec::new() };
+    pub fn differentiate(&self, gaps: &[Dual], solved: &[Solved], totals: &mut [Dual]) {
+        let answers = Answers::new(&self.chain.contact(), gaps);
+        let mut history = self.history(&answers);
         for (i, row) in self.rows.iter().enumerate() {
-            let added = Added::to(i, self.added);
-            let load = self.chain.load(row, added);
-            if friction && i == 0 {
-                let series = self.chain.series(row, load.torque_Nm * 0.0) + added.series_at_rest_rad;
-                let mesh = solved[i].unloaded.as_ref().map(|mesh| mesh_angle(mesh, &load));
-                memory.angle_rad = mesh.unwrap_or(Dual::constant(0.0)) + series;
-                memory.states = vec![Dual::constant(0.0); load.friction.len()];
+            history.load(i, row);
+            if i == 0 {
+                history.begin(row, solved[i].unloaded.as_deref());
             }
             let Some(mesh) = &solved[i].mesh else { continue };
-            let series = self.chain.series(row, load.torque_Nm) + added.series_rad;
-            let at_torque = mesh_angle(mesh, &load) + series;
-            totals[i] = with_torque(at_torque, mesh.slopes.torque, &load, &mut memory);
+            totals[i] = history.total(mesh);
         }
+    }
+
+    fn history<'a>(&'a self, answers: &'a Answers<'a>) -> SoFar<'a> {
+        SoFar {
+            block: self,
+            answers,
+            memory: Memory::default(),
+            load: Load::default(),
+            limits_Nm: Vec::new(),
+            series_rad: NOTHING,
+        }
+    }
+}
+
+const NOTHING: Dual = Dual::constant(0.0);
+
+/// What the angle of the meshing points answers to, of that which depends on a seeded parameter.
+struct Answers<'a> {
+    contact: Vec<(Answer, Dual)>,
+    gaps: &'a [Dual],
+}
+
+/// A number of the contacts.
+#[derive(Debug, Clone, Copy)]
+enum Answer {
+    LogStiffness,
+    ContactAngle,
+    Exponent,
+    Spring(usize),
+    Stop(usize),
+}
+
+impl Answer {
+    /// How the angle answers to it.
+    fn of(self, mesh: &Mesh) -> f64 {
+        match self {
+            Self::LogStiffness => mesh.slopes.log_stiffness,
+            Self::ContactAngle => mesh.slopes.contact_angle,
+            Self::Exponent => mesh.slopes.exponent,
+            Self::Spring(place) => mesh.spring[place],
+            Self::Stop(place) => mesh.stop[place],
+        }
+    }
+}
+
+impl<'a> Answers<'a> {
+    fn new(contact: &Contact, gaps: &'a [Dual]) -> Self {
+        let scale = contact.stiffness_scale;
+        let of_all = [
+            (Answer::LogStiffness, scale.chain(scale.value.ln(), 1.0 / scale.value)),
+            (Answer::ContactAngle, contact.contact_angle_shift_rad),
+            (Answer::Exponent, contact.exponent),
+            (Answer::Stop(0), contact.stop_share),
+            (Answer::Stop(1), contact.stop_torque_Nm),
+        ];
+        let numbers = contact.of_spring().into_iter().enumerate();
+        let of_spring = numbers.map(|(place, number)| (Answer::Spring(place), *number));
+        let all = of_all.into_iter().chain(of_spring);
+        Self { contact: all.filter(|(_, number)| number.depends()).collect(), gaps }
+    }
+
+    /// The angle of the meshing points under a load, rad.
+    fn angle(&self, mesh: &Mesh, load: &Load) -> Dual {
+        let mut angle = Dual::constant(mesh.angle_rad);
+        angle.add_slope(mesh.slopes.preload, &load.preload_N);
+        angle.add_slope(mesh.slopes.spring, &load.spring_N_per_m);
+        for (answer, number) in &self.contact {
+            angle.add_slope(answer.of(mesh), number);
+        }
+        for (slope, gap) in mesh.slopes.gaps.iter().zip(self.gaps) {
+            angle.add_slope(*slope, gap);
+        }
+        angle
+    }
+}
+
+/// A history up to one of its rows.
+struct SoFar<'a> {
+    block: &'a Block<'a>,
+    answers: &'a Answers<'a>,
+    memory: Memory,
+    /// Of the row.
+    load: Load,
+    /// The largest torque of each friction under it, N m.
+    limits_Nm: Vec<Dual>,
+    /// What stands in series at the row, rad.
+    series_rad: Dual,
+}
+
+impl SoFar<'_> {
+    /// Goes to a row.
+    fn load(&mut self, i: usize, row: &Row) {
+        let (chain, added) = (self.block.chain, Added::to(i, self.block.added));
+        chain.load_into(&mut self.load, row, added);
+        self.limits_Nm.clear();
+        self.limits_Nm.extend(self.load.friction.iter().map(|friction| friction.limit_Nm(&self.load)));
+        self.series_rad = chain.series(row, self.load.torque_Nm) + added.series_rad;
+    }
+
+    /// Begins at the first row, from the unloaded state.
+    fn begin(&mut self, row: &Row, unloaded: Option<&Mesh>) {
+        let mesh = unloaded.map_or(NOTHING, |mesh| self.answers.angle(mesh, &self.load));
+        let added = Added::to(0, self.block.added);
+        let series = self.block.chain.series(row, self.load.torque_Nm * 0.0) + added.series_at_rest_rad;
+        self.memory.begin(mesh + series, self.load.friction.len());
+    }
+
+    /// The total angle of a solution, rad; moves the memory on.
+    fn total(&mut self, mesh: &Mesh) -> Dual {
+        let at_torque = self.answers.angle(mesh, &self.load) + self.series_rad;
+        self.memory.after(at_torque, mesh.slopes.torque, &self.load, &self.limits_Nm)
     }
 }

@@ -4,7 +4,7 @@ use crate::effect::hard_stop;
 use crate::effect::port::Contact;
 use crate::status::Status;
 
-use super::mesh::{Mesh, Pairs, Wanted, Warm};
+use super::mesh::{Mesh, Pairs, Turned, Wanted, Warm};
 use super::spring::Spring;
 
 /// What carries a load at one input angle, and the stop beside it.
@@ -44,5 +44,22 @@ impl<'a> Site<'a> {
         mesh.stop = [mesh.slopes.torque * by_share, mesh.slopes.torque * by_stop];
         mesh.slopes.torque *= by_torque;
         Ok(mesh)
+    }
+
+    /// The angle alone, as [`Self::solve`] finds it.
+    ///
+    /// # Errors
+    /// The status, where there is no solution.
+    pub fn turned(&self, load: [f64; 2], warm: &mut Warm) -> Result<Turned, Status> {
+        let [share, stop_Nm] = self.stop;
+        let (torque_Nm, [by_torque, ..]) = hard_stop::carried(load[0], share, stop_Nm);
+        let turned = match &self.carrier {
+            Carrier::Pairs(pairs) => {
+                let mesh = pairs.solve([torque_Nm, load[1]], None, warm)?;
+                Turned { angle_rad: mesh.angle_rad, by_torque: mesh.slopes.torque }
+            }
+            Carrier::Spring(spring) => spring.turned(torque_Nm),
+        };
+        Ok(Turned { by_torque: turned.by_torque * by_torque, ..turned })
     }
 }

@@ -4,11 +4,38 @@
 
 use crate::effect::backlash::taken_up;
 use crate::effect::port::Contact;
-use crate::effect::stiffness_curve;
+use crate::effect::stiffness_curve::{self, UpTo};
 use crate::equilibrium::response::Slopes;
-use crate::torsion_spring::TorsionSpring;
+use crate::torsion_spring::{TorsionSpring, Twist};
 
-use super::mesh::Mesh;
+use super::mesh::{Mesh, Turned};
+
+/// What adds up to the angle under one torque.
+struct Parts {
+    twist: Twist,
+    taken_up: (f64, [f64; 2]),
+    curve: ([f64; 3], [f64; 3]),
+    pieces: [UpTo; 2],
+}
+
+impl Parts {
+    fn turned(&self, spring: &Spring<'_>) -> Turned {
+        let Self { twist, taken_up: (share, [by_torque, _]), curve, pieces: [first, second] } = self;
+        let [c1, c2] = spring.added_rad_per_Nm;
+        Turned {
+            angle_rad: twist.angle_rad / spring.scale
+                + spring.play_rad * share
+                + spring.of_curve(curve.0)
+                + c1 * first.carried
+                + c2 * second.carried,
+            by_torque: twist.compliance_rad_per_Nm / spring.scale
+                + spring.play_rad * by_torque
+                + spring.of_curve(curve.1)
+                + c1 * first.by_torque
+                + c2 * second.by_torque,
+        }
+    }
+}
 
 /// The spring as effects make it.
 #[derive(Debug, Clone)]
@@ -38,31 +65,41 @@ impl<'a> Spring<'a> {
         }
     }
 
+    /// The parts of the curve by their sizes.
+    fn of_curve(&self, parts: [f64; 3]) -> f64 {
+        self.curve_rad.iter().zip(parts).map(|(size, one)| size * one).sum()
+    }
+
+    /// How far it turns under the torque that it carries.
+    pub fn turned(&self, torque_Nm: f64) -> Turned {
+        self.parts(torque_Nm).turned(self)
+    }
+
+    fn parts(&self, torque_Nm: f64) -> Parts {
+        Parts {
+            twist: self.curve.twist(torque_Nm),
+            taken_up: taken_up(torque_Nm, self.transition_Nm),
+            curve: stiffness_curve::parts(torque_Nm, self.reference_Nm),
+            pieces: self.break_Nm.map(|at| stiffness_curve::up_to(torque_Nm, at)),
+        }
+    }
+
     /// The spring under the torque that it carries.
     pub fn solve(&self, torque_Nm: f64) -> Mesh {
-        let twist = self.curve.twist(torque_Nm);
-        let (share, [by_torque, by_transition]) = taken_up(torque_Nm, self.transition_Nm);
-        let elastic_rad = twist.angle_rad / self.scale;
-        let (parts, slopes) = stiffness_curve::parts(torque_Nm, self.reference_Nm);
-        let sum = |of: [f64; 3]| self.curve_rad.iter().zip(of).map(|(size, one)| size * one).sum::<f64>();
-        let by_curve = sum(slopes);
-        let [first, second] = self.break_Nm.map(|at| stiffness_curve::up_to(torque_Nm, at));
+        let parts = self.parts(torque_Nm);
+        let Turned { angle_rad, by_torque } = parts.turned(self);
+        let Parts { twist, taken_up: (share, [_, by_transition]), curve, pieces: [first, second] } = parts;
+        let [squared, cubed, skewed] = curve.0;
+        let by_curve = self.of_curve(curve.1);
         let [c1, c2] = self.added_rad_per_Nm;
-        let angle_rad =
-            elastic_rad + self.play_rad * share + sum(parts) + c1 * first.carried + c2 * second.carried;
-        let [squared, cubed, skewed] = parts;
         Mesh {
             status: twist.status,
             angle_rad,
             parts_rad: [angle_rad, 0.0],
             residual: 0.0,
             slopes: Slopes {
-                torque: twist.compliance_rad_per_Nm / self.scale
-                    + self.play_rad * by_torque
-                    + by_curve
-                    + c1 * first.by_torque
-                    + c2 * second.by_torque,
-                log_stiffness: -elastic_rad,
+                torque: by_torque,
+                log_stiffness: -twist.angle_rad / self.scale,
                 ..Slopes::default()
             },
             spring: [

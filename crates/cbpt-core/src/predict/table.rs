@@ -1,13 +1,17 @@
-//! All readings of a call: rows that carry the same are solved once, then each row's sensitivities follow, and what is told.
+//! All readings of a call: histories row by row with their sensitivities; of other rows those that carry the same once, then
+//! the sensitivities of each; and what is told.
+
+use std::ops::Range;
 
 use crate::effect::dual::{Dual, WIDTH};
+use crate::effect::port::Contact;
 use crate::error::InvalidInput;
 use crate::status::Status;
 
 use super::chain::Chain;
 use super::mesh::Wanted;
 use super::run::{Alike, Block, RowState, Solved};
-use super::{Prediction, Predictor, seeded};
+use super::{Prediction, Predictor, first_of, seeded};
 
 /// Rows that a thread takes at a time where no history binds them.
 const CHUNK: usize = 16;
@@ -20,8 +24,10 @@ pub struct Call<'a> {
     pub on: &'a dyn Fn(usize) -> bool,
     /// Which answers of the meshing points it needs.
     pub asked: Option<Wanted>,
-    /// The effects without derivatives.
-    pub plain: Chain,
+    /// The effects, with derivatives by the first [`WIDTH`] that are wanted.
+    pub chain: Chain,
+    /// What the contacts become.
+    pub contact: Contact,
     /// Sizes of effects on gaps that are not neutral or wanted.
     pub gap_slots: Vec<usize>,
     /// Place of the meshing points among the predictor's.
@@ -35,50 +41,104 @@ impl Predictor {
         call: &Call<'_>,
         states: &mut [RowState],
     ) -> Result<Prediction, InvalidInput> {
-        let Call { values, wanted, asked, plain, gap_slots, .. } = call;
+        let Call { values, wanted, asked, chain, gap_slots, .. } = call;
         let tables = &self.tables[call.at_shift].at_angle;
-        let sites = self.sites(tables, plain, values, gap_slots, wanted);
-        let friction = self.remembers(plain, wanted);
+        let sites = self.sites(tables, call);
+        let friction = self.remembers(chain, wanted);
         let groups = self.groups(friction);
         let (rows, site_of) = (self.rows.by_run(), self.angle_of_row.as_slice());
-        let added = plain.ahead(&self.rows, friction)?;
-        let alike = if friction { Alike::none(rows.len()) } else { Alike::of(plain, rows, &added, site_of) };
-        let whole = Block { chain: plain, sites: &sites, rows, added: &added, site_of, alike: &alike };
-        let mut solved: Vec<Solved> = vec![Solved::default(); rows.len()];
-        self.spread(in_groups(&groups, states, &mut solved), |(group, states, solved)| {
-            let part = whole.part(group);
-            if friction {
-                part.solve_history(*asked, states, solved);
-            } else {
-                part.solve_apart(*asked, states, solved);
-            }
-        });
-        for (row, &first) in alike.first.iter().enumerate().filter(|(row, first)| *row != **first) {
-            (solved[row], states[row]) = (whole.like(row, &solved[first]), states[first]);
-        }
-        let angles = plain.behind(&self.rows, &added, totals(&solved))?;
-        let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
+        let added = chain.ahead(&self.rows, friction)?;
+        let alike = if friction { Alike::none(rows.len()) } else { Alike::of(chain, rows, &added, site_of) };
+        let whole = Block { chain, sites: &sites, rows, added: &added, site_of, alike: &alike };
         let wanted_gaps: Vec<usize> =
             gap_slots.iter().copied().filter(|slot| wanted.contains(slot)).collect();
-        for (number, slots) in wanted.chunks(WIDTH).enumerate() {
-            let chain = self.chain(values, slots, call.on);
-            let added = chain.ahead(&self.rows, friction)?;
-            let whole = Block { chain: &chain, added: &added, ..whole };
-            let gaps: Vec<Dual> = wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect();
-            let mut angles = vec![NOT_SOLVED; rows.len()];
-            self.spread(in_groups(&groups, &mut solved, &mut angles), |(group, solved, angles)| {
-                whole.part(group).differentiate(&gaps, friction, solved, angles);
-            });
-            for (row, angle) in chain.behind(&self.rows, &added, angles)?.iter().enumerate() {
+        let gaps = |slots: &[usize]| -> Vec<Dual> {
+            wanted_gaps.iter().map(|slot| seeded(values, slots, *slot)).collect()
+        };
+        let of_first = gaps(first_of(wanted));
+        let (solved, totals) = if friction {
+            self.histories(&whole, &groups, &of_first, *asked, states)
+        } else {
+            let solved = self.apart(&whole, &groups, *asked, states);
+            let slopes = || self.differentiated(&whole, &groups, &of_first, &solved);
+            let totals = if wanted.is_empty() { totals(&solved) } else { slopes() };
+            (solved, totals)
+        };
+        let angles = chain.behind(&self.rows, &added, totals)?;
+        let mut sensitivities = vec![f64::NAN; rows.len() * wanted.len()];
+        let mut tell = |number: usize, slots: &[usize], angles: &[Dual]| {
+            for (row, angle) in angles.iter().enumerate() {
                 let first = row * wanted.len() + number * WIDTH;
                 sensitivities[first..first + slots.len()].copy_from_slice(&angle.partials[..slots.len()]);
             }
+        };
+        tell(0, first_of(wanted), &angles);
+        for (number, slots) in wanted.chunks(WIDTH).enumerate().skip(1) {
+            let chain = self.chain(values, slots, call.on);
+            let added = chain.ahead(&self.rows, friction)?;
+            let whole = Block { chain: &chain, added: &added, ..whole };
+            let totals = self.differentiated(&whole, &groups, &gaps(slots), &solved);
+            tell(number, slots, &chain.behind(&self.rows, &added, totals)?);
         }
         Ok(self.prediction(&angles, &solved, &sensitivities, wanted.len()))
     }
 
+    /// Histories, and their total angles with derivatives.
+    fn histories(
+        &self,
+        whole: &Block<'_>,
+        groups: &[Range<usize>],
+        gaps: &[Dual],
+        asked: Option<Wanted>,
+        states: &mut [RowState],
+    ) -> (Vec<Solved>, Vec<Dual>) {
+        let count = whole.rows.len();
+        let (mut solved, mut totals) = (vec![Solved::default(); count], vec![NOT_SOLVED; count]);
+        let parts = in_groups(groups, states).zip(in_groups(groups, &mut solved));
+        let parts = parts.zip(in_groups(groups, &mut totals)).zip(groups);
+        self.spread(parts.collect(), |(((states, solved), totals), group)| {
+            whole.part(group.clone()).solve_history(gaps, asked, states, solved, totals);
+        });
+        (solved, totals)
+    }
+
+    /// Rows without a memory.
+    fn apart(
+        &self,
+        whole: &Block<'_>,
+        groups: &[Range<usize>],
+        asked: Option<Wanted>,
+        states: &mut [RowState],
+    ) -> Vec<Solved> {
+        let mut solved = vec![Solved::default(); whole.rows.len()];
+        let parts = in_groups(groups, states).zip(in_groups(groups, &mut solved)).zip(groups);
+        self.spread(parts.collect(), |((states, solved), group)| {
+            whole.part(group.clone()).solve_apart(asked, states, solved);
+        });
+        let first = &whole.alike.first;
+        for (row, &first) in first.iter().enumerate().filter(|(row, first)| *row != **first) {
+            (solved[row], states[row]) = (whole.like(row, &solved[first]), states[first]);
+        }
+        solved
+    }
+
+    /// Total angles with derivatives, from the solutions kept.
+    fn differentiated(
+        &self,
+        whole: &Block<'_>,
+        groups: &[Range<usize>],
+        gaps: &[Dual],
+        solved: &[Solved],
+    ) -> Vec<Dual> {
+        let mut totals = vec![NOT_SOLVED; solved.len()];
+        self.spread(in_groups(groups, &mut totals).zip(groups).collect(), |(totals, group)| {
+            whole.part(group.clone()).differentiate(gaps, &solved[group.clone()], totals);
+        });
+        totals
+    }
+
     /// Rows that one thread takes: whole histories where they have a memory.
-    fn groups(&self, friction: bool) -> Vec<std::ops::Range<usize>> {
+    fn groups(&self, friction: bool) -> Vec<Range<usize>> {
         if friction {
             return self.rows.histories();
         }
@@ -145,18 +205,14 @@ fn in_pairs(values: &[f64]) -> Vec<[f64; 2]> {
     values.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Two columns cut into the same groups.
-fn in_groups<'a, A, B>(
-    groups: &[std::ops::Range<usize>],
-    mut first: &'a mut [A],
-    mut second: &'a mut [B],
-) -> Vec<(std::ops::Range<usize>, &'a mut [A], &'a mut [B])> {
-    let mut parts = Vec::with_capacity(groups.len());
-    for group in groups {
-        let (a, rest_a) = first.split_at_mut(group.len());
-        let (b, rest_b) = second.split_at_mut(group.len());
-        parts.push((group.clone(), a, b));
-        (first, second) = (rest_a, rest_b);
-    }
-    parts
+/// A column cut into groups.
+fn in_groups<'a, A>(
+    groups: &'a [Range<usize>],
+    mut column: &'a mut [A],
+) -> impl Iterator<Item = &'a mut [A]> {
+    groups.iter().map(move |group| {
+        let (part, rest) = std::mem::take(&mut column).split_at_mut(group.len());
+        column = rest;
+        part
+    })
 }

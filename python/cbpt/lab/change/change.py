@@ -44,7 +44,7 @@ from cbpt.lab.change.stand_ins import plausible, with_stand_ins
 from cbpt.lab.change.text import unless_repeated
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.by_level import MOST_LEVELS
-from cbpt.lab.diagnosis.diagnose import diagnosed, prepared
+from cbpt.lab.diagnosis.diagnose import judged, prepared
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import at_limits, beyond_own_loops
 from cbpt.lab.inference.crew import side_by_side
@@ -53,8 +53,8 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.selection.competition import Progress
 from cbpt.lab.selection.history import notes_of_levels, with_their_history
-from cbpt.lab.selection.model_comparison import Progress
 from cbpt.lab.selection.posterior import named_of
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.numbers import listed
@@ -150,20 +150,22 @@ def change(
     states = _states(called, named or repeated, reproducibility_arcsec)
     tell = rising(progress or untold)
     with one_blas_thread():
-        answers, ids, own = _effects(
-            case, dict(zip(names, parts, strict=True)), effects, seed, tell
-        )
-        campaigns, histories = with_their_history(
-            [prepared(campaign_of(case, part, own))[0] for part in parts],
-            None if effects is None else ids[0],
-        )
-        told = part_of(tell, _DIAGNOSED, _FITTED)
+        asked_for, own = (None, []) if effects is None else chosen(case, effects)
+        tell("friction from run to run", 0.0)
+        ready = [prepared(campaign_of(case, part, own)) for part in parts]
+        campaigns, histories = with_their_history([campaign for campaign, _ in ready], asked_for)
         of_levels = dict(zip(names, campaigns, strict=True))
+        answers, ids = [], [asked_for or []]
+        if asked_for is None:
+            noted = [[*of, *told] for (_, of), told in zip(ready, histories, strict=True)]
+            answers = _diagnosed(case, of_levels, noted, seed, tell)
+            ids = demanded(answers)
+        told = part_of(tell, _DIAGNOSED, _FITTED)
         candidates, left_out = _fitted(of_levels, ids, answers, told)
         if candidates and states:
             reproducibility_arcsec = _estimated(candidates, states)
         count = _counting(candidates, states, reproducibility_arcsec)
-        weighed = _weighed(candidates, count, states, () if effects is None else ids[0], tell)
+        weighed = _weighed(candidates, count, states, asked_for or (), tell)
     if weighed is None:
         raise NoSolutionError(
             "the model has no solution with the same numbers at all levels; compare each level "
@@ -179,24 +181,20 @@ def change(
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
 
 
-def _effects(
+def _diagnosed(
     case: Case | Drive,
-    parts: Mapping[str, Readings],
-    effects: Sequence[str | OwnEffect] | None,
+    campaigns: Mapping[str, Campaign],
+    noted: Sequence[Sequence[str]],
     seed: int,
     tell: Progress,
-) -> tuple[list[Diagnosis], list[list[str]], list[OwnEffect]]:
-    """Sets of effects to fit at all levels: those that are named, else those that the diagnoses of
-    the levels demand; with these diagnoses."""
-    if effects is not None:
-        ids, own = chosen(case, effects)
-        return [], [ids], own
+) -> list[Diagnosis]:
+    """The diagnoses of all levels, with what was noted of each."""
     answers = []
-    for k, (name, readings) in enumerate(parts.items()):
-        begin, end = (_DIAGNOSED * i / len(parts) for i in (k, k + 1))
+    for k, ((name, campaign), notes) in enumerate(zip(campaigns.items(), noted, strict=True)):
+        begin, end = (_DIAGNOSED * i / len(campaigns) for i in (k, k + 1))
         told = part_of(tell, begin, end, f"diagnosis of {name}, ")
-        answers.append(diagnosed(case, readings, seed, progress=told))
-    return answers, demanded(answers), []
+        answers.append(judged(case, campaign, seed, notes, told))
+    return answers
 
 
 def _forms(answers: Sequence[Diagnosis]) -> set[str]:

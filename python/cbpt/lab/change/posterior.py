@@ -25,7 +25,7 @@ from cbpt.lab.change.progress import untold
 from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
 from cbpt.lab.model.priors import ODDS as THERE
-from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.competition import Progress
 from cbpt.lab.selection.posterior import Posterior, spoken_of
 from cbpt.lab.selection.rules import RULES
 

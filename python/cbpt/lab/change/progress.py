@@ -7,7 +7,7 @@ untold   where nobody asks
 
 from __future__ import annotations
 
-from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.competition import Progress
 
 
 def part_of(tell: Progress, begin: float, end: float, head: str = "") -> Progress:

@@ -34,7 +34,7 @@ from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.hypothesis import Unknown
 from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
-from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.competition import Progress
 from cbpt.lab.selection.rules import RULES
 
 _INSTRUMENTS = {

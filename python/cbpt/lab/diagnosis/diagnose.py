@@ -50,9 +50,10 @@ from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips
+from cbpt.lab.selection.competition import Competition, Progress
 from cbpt.lab.selection.decision import Verdict, judge, withheld
 from cbpt.lab.selection.history import with_its_history
-from cbpt.lab.selection.model_comparison import Competition, Progress, compete
+from cbpt.lab.selection.model_comparison import compete
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 from cbpt.lab.wording.names import number_called
@@ -162,7 +163,18 @@ def diagnosed(
     """The diagnosis of readings that are already read."""
     campaign, notes = prepared(campaign_of(case, readings, own))
     campaign, told = with_its_history(campaign)
-    notes += told
+    return judged(case, campaign, seed, [*notes, *told], progress)
+
+
+def judged(
+    case: Case | Drive,
+    campaign: Campaign,
+    seed: int,
+    noted: Sequence[str],
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """The diagnosis of readings of which it is known what can be judged, and their history."""
+    notes = list(noted)
     rng = np.random.default_rng(seed)
     competition = compete(campaign, rng, progress)
     verdict = judge(competition)

@@ -20,8 +20,8 @@ from cbpt.lab.inference.evidence import Closing, Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.residuals import without_offsets
 from cbpt.lab.readings.reader import Readings
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.setting import Names
 
 Floats = NDArray[np.float64]

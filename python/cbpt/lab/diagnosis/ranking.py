@@ -14,8 +14,8 @@ from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.inference.cross_validation import held_out_residual, rms
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.priors import CLASSES
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.linear_screen import Screen, Stack
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import posterior_of, set_of
 from cbpt.lab.selection.setting import Names
 

@@ -10,8 +10,8 @@ from collections.abc import Container, Iterator
 
 import numpy as np
 
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, prior
 from cbpt.lab.wording.numbers import listed, rounded

@@ -46,7 +46,7 @@ from cbpt.lab.experiment.simulate import Instrument
 from cbpt.lab.model.priors import CLASSES, LOT, PRIORS, VARIANTS, Variant, lots
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.competition import Progress
 from cbpt.lab.wording.html import Reported
 from cbpt.lab.wording.versions import versions
 

@@ -38,8 +38,8 @@ from cbpt.lab.selection.adequacy import (
     readings_that_could_show,
     scatter_shown,
 )
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.lack_of_fit import LackOfFit
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.posterior import (
     OFFSET,
     UNKNOWN,

@@ -24,13 +24,15 @@ class Effort:
     variant_room: float = 5.0
     """Log odds below the best variant of an effect at which another one is fitted."""
     sets: int = 10
-    """Pairs and triples of the linear search that are fitted in full."""
+    """Pairs and triples of the linear search that are fitted in full, and sets far behind that are
+    tried with the kind of noise of the best."""
     room: float = 6.0
     """Log odds below the best at which the linear search may see a set that is fitted."""
     curved_room: float = 10.0
     """The same where one of effects that need one another does not grow in proportion."""
     rounds: int = 4
-    """Sets to which effects are added and from which they are taken."""
+    """Sets to which effects are added and from which they are taken; of large effects those from
+    which they are only taken come on top."""
     additions: int = 3
     """Effects that are added to each of them."""
     most: int = 4
@@ -45,8 +47,13 @@ class Effort:
     curved: int = 2
     """Sets of an effect that does not grow in proportion that are searched for other modes before
     effects are added to any."""
-    large: int = 6
-    """Effects of a torsion spring, those of its best pairs, of which three are fitted at once."""
+    large: int = 8
+    """Effects of a torsion spring: those alone of which one is in each pair that is fitted at once,
+    and those of the best pairs of which three are."""
+    at_once: int = 30
+    """Sets of those that are fitted in more than one form."""
+    best: int = 2
+    """Sets of those that are fitted in all of their forms."""
 
 
 EFFORT = Effort()

@@ -1,22 +1,20 @@
 """Noise, numbers of the drive, instruments and effects in one competition.
 
-Competition     every hypothesis that was fitted, with its odds
-compete         screen, fit, weigh
+compete  screen, fit, weigh -> Competition
 
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
 glance); single effects that may matter, and the pairs and triples that the linear search offers (of
-a torsion spring, all pairs, and triples of the best), fitted in full; sets of one effect more, less
-or another than the best; lack of fit that no effect names, alone and on top of the best. All are
-weighed by evidence and prior odds, so no order of asking decides.
+a torsion spring also two to four large effects at once), fitted in full; sets of one effect more,
+less or another than the best; lack of fit that no effect names, alone and on top of the best. All
+are weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import combinations, count
-from itertools import product as cartesian
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,14 +26,14 @@ from cbpt.lab.inference.fit import Fitter, Race
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
+from cbpt.lab.selection.competition import Competition, Progress
 from cbpt.lab.selection.effort import EFFORT
 from cbpt.lab.selection.lack_of_fit import (
-    Component,
     LackOfFit,
     lacks_of_fit_on,
     says_no_more,
 )
-from cbpt.lab.selection.linear_screen import Gain, Screen, Signatures
+from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.linear_search import (
     Offer,
     additions_to,
@@ -56,67 +54,13 @@ from cbpt.lab.selection.setting import (
     prior,
     with_an_artefact,
 )
-from cbpt.lab.selection.starts import refitted, start_values
+from cbpt.lab.selection.starts import refitted, start_values, starts_at_once
 
 Floats = NDArray[np.float64]
-Progress = Callable[[str, float], object]
-"""Called with what is next and what share of the work is done; what it raises ends the work."""
 
 
 _TIE = 1e-6
 """In log odds: fits nearer than this are equally good, and the first of them stands."""
-
-
-@dataclass(frozen=True, eq=False)
-class Competition:
-    """Outcome of the competition."""
-
-    fitter: Fitter
-    fits: dict[Names, Fit]
-    """The best form of every set of effects that was fitted; () is the drive as stated."""
-    log_odds: dict[Names, float]
-    """Posterior log odds of each against the drive as stated."""
-    lacks_of_fit: tuple[LackOfFit, ...]
-    """Lacks of fit without a name, the most probable first."""
-    lack_of_fit_log_odds: tuple[float, ...]
-    library: Signatures = field(repr=False)
-    names: dict[int, tuple[str, str]] = field(repr=False)
-    """(effect, parameter) of each value of the fits."""
-    null_maximum: Floats = field(repr=False)
-    """Largest log odds of any effect in noise alone."""
-    flexible: Noise
-    """The noise as a fit sees it that may follow the whole library."""
-    families: Sequence[Component] = field(default=(), repr=False)
-    """Patterns that a lack of fit is looked for with."""
-
-    def lack_on(self, names: Names, exact: bool = False) -> LackOfFit | None:
-        """What a set of effects leaves without a name, whether it stands out or not. exact: its
-        effects do not depart from their equations."""
-        of_set = [lack for lack in self.lacks_of_fit if lack.base == names and not exact]
-        if not of_set and self.families:
-            fit = self.fits[names]
-            if exact:
-                fit = self.fitter.look(replace(fit, discrepancy_sd=0.0), fit.noise)
-            rest = lacks_of_fit_on(self.fitter, fit, self.families, self.flexible, least=-np.inf)
-            of_set = sorted(rest, key=lambda lack: -lack.log_evidence)
-        return next(iter(of_set or self.lacks_of_fit), None)
-
-    @property
-    def campaign(self) -> Campaign:
-        """The readings."""
-        return self.fitter.campaign
-
-    @property
-    def best(self) -> Names:
-        """The most probable set of effects."""
-        return max(self.log_odds, key=lambda k: self.log_odds[k])
-
-    def p_value(self, names: Names) -> float:
-        """Chance of any single effect looking this good in noise alone."""
-        odds = self.log_odds[names]
-        return float(
-            (1 + np.count_nonzero(self.null_maximum >= odds)) / (1 + len(self.null_maximum))
-        )
 
 
 def compete(
@@ -131,7 +75,7 @@ def compete(
     contest.fit_sets()
     contest.add_to_curved()
     contest.find_modes_of_sets()
-    if campaign.drive.kind == "torsion_spring":
+    if contest.are_large:
         contest.fit_together()
     contest.add_drop_swap()
     contest.settle()
@@ -181,6 +125,11 @@ class _Contest:
         """Log of evidence times prior odds."""
         return self.setting.score(self.fits[names])
 
+    @property
+    def are_large(self) -> bool:
+        """Whether effects may be as large as the angle itself: play and friction of a spring."""
+        return self.fitter.campaign.drive.kind == "torsion_spring"
+
     # --- steps ---
 
     def fit_singles(self) -> None:
@@ -219,9 +168,8 @@ class _Contest:
     def single(self, offer: Offer) -> Iterator[Task[Fit | None]]:
         """The fits of one effect alone."""
         yield self.fit_of(offer)
-        if self.fitter.campaign.drive.kind == "torsion_spring":
-            # Play and friction are as large as the angle itself: through correlated noise a fit
-            # may not find its way to them.
+        if self.are_large:
+            # Through correlated noise a fit may not find its way to them.
             hypothesis = Hypothesis((offer.signatures[0].variant,))
             start = start_values(self.fitter, offer.signatures, offer.sizes)
             yield fitting(hypothesis, start, self.setting.plain)
@@ -330,12 +278,14 @@ class _Contest:
     def add_drop_swap(self) -> None:
         """One effect more, less or another than the best sets have, until nothing gains."""
         done: set[Names] = set()
-        for number in range(EFFORT.rounds):
+        # Of effects as large as the loop the best set may be one of another valley.
+        room = EFFORT.settled_room if self.are_large else EFFORT.room
+        while (number := self.rounds_of(done)) < EFFORT.rounds:
             self.report("one effect more, less or another", 0.65 + 0.2 * number / EFFORT.rounds)
             open_ = [n for n in self.fits if n not in done and n and len(n) <= EFFORT.most]
             base = max(open_, key=self.score, default=None)
             best = max(self.score(n) for n in self.fits)
-            if base is None or self.score(base) < best - EFFORT.room:
+            if base is None or self.score(base) < best - room:
                 return
             done.add(base)
             fit = self.fits[base]
@@ -349,6 +299,10 @@ class _Contest:
                     # None where the fit put another of its effects to nothing.
                     if rest is not None:
                         self.fit_near(additions_to(self.setting, rest, (fit.noise,)))
+
+    def rounds_of(self, done: set[Names]) -> int:
+        """How many sets count as tried; of large effects those that something was added to."""
+        return sum(not self.are_large or len(names) < EFFORT.most for names in done)
 
     def fit_near(self, offers: Sequence[Sequence[Offer]]) -> None:
         """The best offers, each in all of its forms, that may come near the best fit and are not
@@ -471,45 +425,53 @@ class _Contest:
                     del self.fits[names]
 
     def fit_together(self) -> None:
-        """Two and three effects at once, from the linear problem about the reducer as stated.
+        """Two to four effects at once, from the linear problem about the reducer as stated.
 
         Play, friction and what comes with them are each as large as the loop: from a fit that has
-        taken the loop for one of them there is no way to the others.
+        taken the loop for one of them there is no way to the others. One of a pair is among those
+        that follow most of the loop alone; three, and one more than the best three, are of the best
+        sets.
         """
-        self.fit_at_once(combinations(self.setting.variants, 2))
-        pairs = sorted((n for n in self.fits if len(n) == 2), key=self.score, reverse=True)
-        best = list(dict.fromkeys(effect for pair in pairs for effect in pair))
-        self.fit_at_once(combinations(best[: EFFORT.large], 3))
+        singles = sorted((n for n in self.fits if len(n) == 1), key=self.score, reverse=True)
+        large = {effect for names in singles[: EFFORT.large] for effect in names}
+        pairs = combinations(self.setting.variants, 2)
+        self.fit_at_once([pair for pair in pairs if not large.isdisjoint(pair)])
+        sets = sorted((n for n in self.fits if len(n) > 1), key=self.score, reverse=True)
+        best = list(dict.fromkeys(effect for names in sets for effect in names))[: EFFORT.large]
+        self.fit_at_once(list(combinations(best, 3)))
+        three = max((n for n in self.fits if len(n) == 3), key=self.score, default=())
+        self.fit_at_once([(*three, one) for one in best if three and one not in three])
 
-    def fit_at_once(self, sets: Iterable[tuple[str, ...]]) -> None:
-        """Sets of effects in full."""
+    def fit_at_once(self, sets: Sequence[tuple[str, ...]]) -> None:
+        """Sets of effects in full, those that are ahead in a few forms, and the best in all: the
+        linear problem cannot tell forms of what is as large as the loop."""
         self.report("effects together", 0.6)
+        seen = self.setting.signatures, self.views[0].screen
+        found = (starts_at_once(self.fitter, *seen, names) for names in sets)
+        starts = [forms for forms in found if forms]
+        scores = self.scores_from([forms[:1] for forms in starts])
+        for first, last, most in (
+            (1, EFFORT.variants, EFFORT.at_once),
+            (EFFORT.variants, None, EFFORT.best),
+        ):
+            ahead = np.argsort(-scores, kind="stable")[:most].tolist()
+            more = self.scores_from([starts[i][first:last] for i in ahead])
+            scores[ahead] = np.maximum(scores[ahead], more)
+
+    def scores_from(self, starts: Sequence[Sequence[tuple[Hypothesis, Floats]]]) -> Floats:
+        """The best score of fits from each of some lists of starts."""
+        scores = np.full(len(starts), -np.inf)
+        tasks = [(i, fitting(*s, self.setting.plain)) for i, of in enumerate(starts) for s in of]
+        places = iter([i for i, _ in tasks])
 
         def take(fit: Fit | None) -> None:
             self.keep(fit)
             self.report("effects together", 0.6)
+            i = next(places)
+            scores[i] = max(scores[i], -np.inf if fit is None else self.setting.score(fit))
 
-        self.crew.each((task for effects in sets for task in self.at_once(effects)), take)
-
-    def at_once(self, effects: Sequence[str]) -> Iterator[Task[Fit | None]]:
-        """Fits of some effects from the best start of a few choices of their variants."""
-        signatures, screen = self.setting.signatures, self.views[0].screen
-        variants = [
-            [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable[m]]
-            for e in effects
-        ]
-        sets = np.array(list(cartesian(*variants)), dtype=np.int64).reshape(-1, len(effects))
-        gains = screen.each(sets) if len(sets) else []
-        best: dict[tuple[str, ...], Gain] = {}
-        for gain in sorted(gains, key=lambda g: -g.log_odds):
-            labels = tuple(signatures[m].variant.label for m in gain.members)
-            best.setdefault(labels, gain)
-        for gain in list(best.values())[: EFFORT.variants]:
-            members = [signatures[m] for m in gain.members]
-            hypothesis = Hypothesis(tuple(s.variant for s in members))
-            yield fitting(
-                hypothesis, start_values(self.fitter, members, gain.sizes), self.setting.plain
-            )
+        self.crew.each([task for _, task in tasks], take)
+        return scores
 
     def ask_the_instrument(self) -> None:
         """What is left of the drive as stated and of the best set may be what the instrument does:
@@ -531,12 +493,24 @@ class _Contest:
 
     def share_noise(self) -> None:
         """Sets near the best are tried with the kind of noise that it has: a fit keeps to the kind
-        that it began with, so that one may owe its place to that alone."""
-        best = max(self.fits, key=self.score)
-        near, noise = self.score(best) - EFFORT.settled_room, self.fits[best].noise
-        fits = [self.fits[n] for n in self.fits if self.score(n) > near]
-        others = [fit for fit in fits if kind_of(fit.noise) != kind_of(noise)]
-        self.crew.each((again(fit, noise) for fit in others), self.keep)
+        that it began with, so that one may owe its place to that alone, and another one be as far
+        behind as that kind is worth."""
+        for _ in range(EFFORT.rounds):
+            best = max(self.fits, key=self.score)
+            fit, c = self.fits[best], self.fitter.campaign
+            near = self.score(best) - EFFORT.settled_room
+            others = [f for f in self.fits.values() if kind_of(f.noise) != kind_of(fit.noise)]
+            tried = [other for other in others if self.setting.score(other) > near]
+            bare = replace(_bare(fit.noise, c), torque_arcsec=c.plain_noise.torque_arcsec)
+            if kind_of(bare) != kind_of(fit.noise):
+                without = again(fit, bare)(self.fitter)
+                worth = fit.log_evidence - (without.log_evidence if without else np.nan)
+                further = [f for f in others if near >= self.setting.score(f) > near - worth]
+                tried += sorted(further, key=self.setting.score)[-EFFORT.sets :]
+            tasks = (again(other, fit.noise) for other in tried)
+            self.crew.each(tasks, self.keep)
+            if max(self.fits, key=self.score) == best:
+                return
 
     def find_modes_of_best(self) -> None:
         """Other modes of the best set, where they were not searched for yet."""

@@ -20,7 +20,7 @@ from itertools import combinations as subsets
 import numpy as np
 
 from cbpt.lab.covariance.linear_gaussian import Noise
-from cbpt.lab.selection.model_comparison import Competition
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.rules import DecisionRules
 from cbpt.lab.selection.setting import Names, prior
 

@@ -18,8 +18,8 @@ import numpy as np
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import Adequacy
+from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.lack_of_fit import LackOfFit
-from cbpt.lab.selection.model_comparison import Competition
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 

@@ -2,12 +2,14 @@
 
 places        effect and parameter of each value of a model
 start_values  the values to start a fit from
+starts_at_once  the same for some effects together, in the forms that the screen favours
 refitted      those with the unknowns of the fit that was screened where the sizes move them
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.priors import LOT
-from cbpt.lab.selection.linear_screen import Signature
+from cbpt.lab.selection.linear_screen import Gain, Screen, Signature
 
 Floats = NDArray[np.float64]
 
@@ -74,6 +76,28 @@ def start_values(
                 i = fitter.place(effect, parameter)
                 values[i] = np.clip(value, fitter.model.lower[i], fitter.model.upper[i])
     return values
+
+
+def starts_at_once(
+    fitter: Fitter, signatures: Sequence[Signature], screen: Screen, effects: Sequence[str]
+) -> list[tuple[Hypothesis, Floats]]:
+    """Some effects in each choice of their forms, and where their fits begin; the most probable
+    choice first, and none where the readings do not show them together."""
+    members = [
+        [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable[m]]
+        for e in effects
+    ]
+    sets = np.array(list(product(*members)), dtype=np.int64).reshape(-1, len(effects))
+    best: dict[tuple[str, ...], Gain] = {}
+    for gain in sorted(screen.each(sets) if len(sets) else [], key=lambda g: -g.log_odds):
+        labels = tuple(signatures[m].variant.label for m in gain.members)
+        best.setdefault(labels, gain)
+    found = []
+    for gain in best.values():
+        chosen = [signatures[m] for m in gain.members]
+        hypothesis = Hypothesis(tuple(s.variant for s in chosen))
+        found.append((hypothesis, start_values(fitter, chosen, gain.sizes)))
+    return found
 
 
 def refitted(fitter: Fitter, seen: Fit, signatures: Sequence[Signature], values: Floats) -> Floats:

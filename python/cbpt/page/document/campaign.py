@@ -6,7 +6,7 @@ from cbpt.errors import CbptError
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.experiment.isolability import isolability
 from cbpt.lab.experiment.isolability_text import sized
-from cbpt.lab.selection.model_comparison import Progress
+from cbpt.lab.selection.competition import Progress
 from cbpt.page.document.document import Isolability
 
 
