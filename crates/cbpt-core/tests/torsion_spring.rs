@@ -152,7 +152,7 @@ fn effects_without_memory_follow_the_closed_form() {
     assert!(found.regime.iter().all(Option::is_none));
 }
 
-/// An effect that stands twice, once without a size: its shapes took the place of the other's where its sensitivity was wanted.
+/// An effect may stand twice, once without a size: its shapes are no matter, even where its sensitivity is wanted.
 #[test]
 fn angles_do_not_depend_on_what_is_wanted() {
     for (id, acting) in [
@@ -171,11 +171,52 @@ fn angles_do_not_depend_on_what_is_wanted() {
         let all: Vec<usize> = (0..values.len()).collect();
         let fitted: Vec<usize> =
             all.into_iter().filter(|place| predictor.predict(&values, &[*place]).is_ok()).collect();
+        assert!(
+            fitted.iter().any(|place| *place >= values.len() / 2),
+            "{id}: nothing of the second is wanted"
+        );
         predictor.cold();
         let plain = predictor.predict(&values, &[]).unwrap().angle_rad;
         predictor.cold();
         let beside = predictor.predict(&values, &fitted).unwrap().angle_rad;
         assert_eq!(plain, beside, "{id}");
+    }
+}
+
+/// An effect may stand many times. What the angle answers to each is that of its own shapes: of the one that acts and of those
+/// that have no size yet, also where more are wanted than are carried along together.
+#[test]
+fn each_of_many_answers_by_its_own_shapes() {
+    for (id, size, shape) in [
+        ("hard_stop", ("taken_share", 0.5), ("stop_torque", 9.0)),
+        ("backlash", ("play", 0.02), ("transition_torque", 2.0)),
+        ("stiffness_curve", ("added_compliance_1", 1e-3), ("break_torque_1", 9.0)),
+        ("stiffness_curve", ("squared", 1e-3), ("reference_torque", 9.0)),
+        ("friction_hysteresis", ("friction_torque", 2.0), ("engagement_angle", 1e-3)),
+    ] {
+        let mut predictor = Predictor::new(linear(), &[id; 18], rows()).unwrap();
+        let mut values = predictor.neutral();
+        let stems: Vec<&str> = predictor.parameters().iter().map(stem_of).collect();
+        let places =
+            |stem: &str| -> Vec<usize> { (0..stems.len()).filter(|place| stems[*place] == stem).collect() };
+        let (sizes, shapes) = (places(size.0), places(shape.0));
+        for (number, place) in shapes.iter().enumerate() {
+            values[*place] = shape.1 * (1.0 + 0.1 * number as f64);
+        }
+        values[sizes[0]] = size.1;
+        let wanted = [vec![shapes[0]], sizes].concat();
+        let found = predictor.predict(&values, &wanted).unwrap();
+        for (number, &place) in wanted.iter().enumerate() {
+            let step = 1e-7 * if number == 0 { values[place] } else { size.1 };
+            let mut moved = values.clone();
+            moved[place] += step;
+            let after = predictor.predict(&moved, &[]).unwrap().angle_rad;
+            let slopes = found.sensitivities.iter().skip(number).step_by(wanted.len());
+            for ((slope, after), before) in slopes.zip(after).zip(&found.angle_rad) {
+                let error = (slope * step - (after - before)).abs();
+                assert!(error < 1e-4 * (slope * step).abs() + 1e-14, "{id} {number}: {error} of {slope}");
+            }
+        }
     }
 }
 

@@ -35,9 +35,23 @@ pub static SPEC: Spec = Spec {
     action: Action::Contact(act),
 };
 
+/// How many numbers it has.
+pub const NUMBERS: usize = 2;
+
 fn act(own: &[Dual], contact: &mut Contact) {
-    contact.play_rad += own[0];
-    contact.transition_torque_Nm = own[1];
+    contact.plays.extend(own.first_chunk());
+}
+
+/// What it adds to the angle under a torque, and its derivative by the torque.
+pub fn turned(&[play_rad, transition_Nm]: &[f64; NUMBERS], torque_Nm: f64) -> [f64; 2] {
+    let (share, [by_torque, _]) = taken_up(torque_Nm, transition_Nm);
+    [play_rad * share, play_rad * by_torque]
+}
+
+/// The derivatives of the angle by its numbers.
+pub fn slopes(&[play_rad, transition_Nm]: &[f64; NUMBERS], torque_Nm: f64) -> [f64; NUMBERS] {
+    let (share, [_, by_transition]) = taken_up(torque_Nm, transition_Nm);
+    [share, play_rad * by_transition]
 }
 
 /// The share of the play, -1/2 to 1/2, that a torque takes up, and its derivatives by the torque and by m_t.

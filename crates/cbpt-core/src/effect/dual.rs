@@ -18,6 +18,11 @@ pub struct Dual {
     pub partials: [f64; WIDTH],
 }
 
+/// The values of an effect's numbers.
+pub fn values<const N: usize>(own: &[Dual; N]) -> [f64; N] {
+    own.map(|number| number.value)
+}
+
 impl Dual {
     /// A number that depends on no parameter.
     pub const fn constant(value: f64) -> Self {

@@ -35,21 +35,23 @@ pub static SPEC: Spec = Spec {
     action: Action::Contact(act),
 };
 
+/// How many numbers it has.
+pub const NUMBERS: usize = 2;
+
 fn act(own: &[Dual], contact: &mut Contact) {
-    contact.stop_share = own[0];
-    contact.stop_torque_Nm = own[1];
+    contact.stops.extend(own.first_chunk());
 }
 
-/// What the contacts carry of a torque, and its derivatives by the torque, by the share and by the torque of the stop.
-pub fn carried(torque_Nm: f64, share: f64, stop_Nm: f64) -> (f64, [f64; 3]) {
+/// What the contacts carry of a torque, its derivative by the torque, and those by the effect's numbers.
+pub fn carried(torque_Nm: f64, &[share, stop_Nm]: &[f64; NUMBERS]) -> (f64, f64, [f64; NUMBERS]) {
     let beyond = torque_Nm.abs() - stop_Nm;
     if beyond <= 0.0 || share == 0.0 {
         let by_share = if beyond > 0.0 { -beyond.copysign(torque_Nm) } else { 0.0 };
-        return (torque_Nm, [1.0, by_share, 0.0]);
+        return (torque_Nm, 1.0, [by_share, 0.0]);
     }
     let left = 1.0 - share;
     let sign = 1.0_f64.copysign(torque_Nm);
-    (sign * (stop_Nm + left * beyond), [left, -sign * beyond, sign * share])
+    (sign * (stop_Nm + left * beyond), left, [-sign * beyond, sign * share])
 }
 
 #[cfg(test)]
@@ -61,19 +63,20 @@ mod tests {
     /// A stop three times as stiff as the drive takes 3/4 of the 4 N m beyond it; a rigid one all.
     #[test]
     fn it_takes_its_share_beyond_its_torque() {
-        assert_close(carried(6.0, 0.75, 2.0).0, 3.0);
-        assert_close(carried(-6.0, 0.75, 2.0).0, -3.0);
-        assert_close(carried(6.0, 1.0, 2.0).0, 2.0);
-        assert_eq!(carried(-1.5, 0.75, 2.0), (-1.5, [1.0, 0.0, 0.0]));
+        assert_close(carried(6.0, &[0.75, 2.0]).0, 3.0);
+        assert_close(carried(-6.0, &[0.75, 2.0]).0, -3.0);
+        assert_close(carried(6.0, &[1.0, 2.0]).0, 2.0);
+        assert_eq!(carried(-1.5, &[0.75, 2.0]), (-1.5, 1.0, [0.0, 0.0]));
     }
 
     #[test]
     fn its_derivatives_are_exact() {
         for (torque, share) in [(6.0, 0.7), (-6.0, 0.7), (1.0, 0.7), (-6.0, 0.0)] {
-            let (_, exact) = carried(torque, share, 2.0);
+            let (_, by_torque, [by_share, by_stop]) = carried(torque, &[share, 2.0]);
+            let exact = [by_torque, by_share, by_stop];
             let e = 1e-6;
             let difference = |d: [f64; 3]| {
-                let by = |s: f64| carried(torque + s * d[0], share + s * d[1], 2.0 + s * d[2]).0;
+                let by = |s: f64| carried(torque + s * d[0], &[share + s * d[1], 2.0 + s * d[2]]).0;
                 (by(e) - by(if share == 0.0 { 0.0 } else { -e })) / if share == 0.0 { e } else { 2.0 * e }
             };
             for (place, d) in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].into_iter().enumerate() {

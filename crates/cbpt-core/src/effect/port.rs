@@ -1,6 +1,7 @@
 //! What an effect is given at its port, and what it may change there.
 
 use super::dual::Dual;
+use super::{backlash, hard_stop, stiffness_curve};
 use crate::pair::HERTZ_EXPONENT;
 
 /// One reading as effects see it: the columns of the table but for the angle, and its place in the history.
@@ -95,11 +96,9 @@ impl Friction {
     }
 }
 
-/// Numbers of a torsion spring beside the factor on its stiffness.
-pub const SPRING_NUMBERS: usize = 10;
-
-/// What the contacts of all pairs become.
-#[derive(Debug, Clone, Copy)]
+/// What the contacts of all pairs become. Effects that may stand more than once with shapes of their own are listed, each with
+/// its numbers in their order.
+#[derive(Debug, Clone)]
 pub struct Contact {
     /// Factor on every stiffness.
     pub stiffness_scale: Dual,
@@ -107,23 +106,12 @@ pub struct Contact {
     pub contact_angle_shift_rad: Dual,
     /// Exponent of the contact law.
     pub exponent: Dual,
-    /// Backlash of a torsion spring, rad.
-    pub play_rad: Dual,
-    /// Torque within which the backlash is taken up, N m.
-    pub transition_torque_Nm: Dual,
-    /// What a torsion spring turns beside its curve at the reference torque: a part with the square of the torque, one
-    /// with its cube, and one with a square that is alike for both signs, rad.
-    pub curve_rad: [Dual; 3],
-    /// The torque at which it does, N m.
-    pub reference_torque_Nm: Dual,
-    /// Compliance that a torsion spring has more up to each of two break torques, rad/(N m).
-    pub added_compliance_rad_per_Nm: [Dual; 2],
-    /// These break torques, N m.
-    pub break_torque_Nm: [Dual; 2],
-    /// Share of the torque beyond `stop_torque_Nm` that a stop beside the contacts takes.
-    pub stop_share: Dual,
-    /// Torque at which the stop is reached, N m.
-    pub stop_torque_Nm: Dual,
+    /// Each `backlash` of a torsion spring.
+    pub plays: Vec<[Dual; backlash::NUMBERS]>,
+    /// Each `stiffness_curve` of a torsion spring.
+    pub curves: Vec<[Dual; stiffness_curve::NUMBERS]>,
+    /// Each `hard_stop`, of which a later one bears on what those before it leave.
+    pub stops: Vec<[Dual; hard_stop::NUMBERS]>,
 }
 
 impl Contact {
@@ -133,34 +121,10 @@ impl Contact {
             stiffness_scale: Dual::constant(1.0),
             contact_angle_shift_rad: Dual::constant(0.0),
             exponent: Dual::constant(HERTZ_EXPONENT),
-            play_rad: Dual::constant(0.0),
-            transition_torque_Nm: Dual::constant(1.0),
-            curve_rad: [Dual::constant(0.0); 3],
-            reference_torque_Nm: Dual::constant(1.0),
-            added_compliance_rad_per_Nm: [Dual::constant(0.0); 2],
-            break_torque_Nm: [Dual::constant(1.0); 2],
-            stop_share: Dual::constant(0.0),
-            stop_torque_Nm: Dual::constant(1.0),
+            plays: Vec::new(),
+            curves: Vec::new(),
+            stops: Vec::new(),
         }
-    }
-
-    /// What a torsion spring answers to, beside the factor on its stiffness.
-    pub fn of_spring(&self) -> [&Dual; SPRING_NUMBERS] {
-        let [squared, cubed, skewed] = &self.curve_rad;
-        let [first, second] = &self.added_compliance_rad_per_Nm;
-        let [break_1, break_2] = &self.break_torque_Nm;
-        [
-            &self.play_rad,
-            &self.transition_torque_Nm,
-            squared,
-            cubed,
-            skewed,
-            &self.reference_torque_Nm,
-            first,
-            second,
-            break_1,
-            break_2,
-        ]
     }
 }
 

@@ -62,15 +62,41 @@ const fn break_torque(stem: &'static str, meaning: &'static str) -> Parameter {
     Parameter::shape(stem, Quantity::Torque, 1.0, meaning).within(1e-9, 1e12).likely(1e-3, 1e3).log()
 }
 
+/// How many numbers it has.
+pub const NUMBERS: usize = 8;
+
 fn act(own: &[Dual], contact: &mut Contact) {
-    for (part, own) in contact.curve_rad.iter_mut().zip(own) {
-        *part += *own;
-    }
-    contact.reference_torque_Nm = own[3];
-    for (piece, own) in contact.added_compliance_rad_per_Nm.iter_mut().zip(&own[4..]) {
-        *piece += *own;
-    }
-    contact.break_torque_Nm = [own[6], own[7]];
+    contact.curves.extend(own.first_chunk());
+}
+
+/// What it adds to the angle under a torque, and its derivative by the torque.
+pub fn turned(&[a, b, c, reference_Nm, c1, c2, t1, t2]: &[f64; NUMBERS], torque_Nm: f64) -> [f64; 2] {
+    let (value, by_torque) = parts(torque_Nm, reference_Nm);
+    let [first, second] = [t1, t2].map(|at| up_to(torque_Nm, at));
+    let of_parts = |[squared, cubed, skewed]: [f64; 3]| a * squared + b * cubed + c * skewed;
+    [
+        of_parts(value) + c1 * first.carried + c2 * second.carried,
+        of_parts(by_torque) + c1 * first.by_torque + c2 * second.by_torque,
+    ]
+}
+
+/// The derivatives of the angle by its numbers.
+pub fn slopes(own: &[f64; NUMBERS], torque_Nm: f64) -> [f64; NUMBERS] {
+    let &[a, b, c, reference_Nm, c1, c2, t1, t2] = own;
+    let ([squared, cubed, skewed], by_torque) = parts(torque_Nm, reference_Nm);
+    let [first, second] = [t1, t2].map(|at| up_to(torque_Nm, at));
+    let bends = a * by_torque[0] + b * by_torque[1] + c * by_torque[2];
+    let by_reference = -bends * torque_Nm / reference_Nm;
+    [
+        squared,
+        cubed,
+        skewed,
+        by_reference,
+        first.carried,
+        second.carried,
+        c1 * first.by_break,
+        c2 * second.by_break,
+    ]
 }
 
 /// The torque m up to a break torque T.
@@ -103,15 +129,29 @@ pub fn parts(torque_Nm: f64, reference_Nm: f64) -> ([f64; 3], [f64; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::testing::{assert_close, contact, vanishes};
+    use crate::effect::testing::{assert_close, vanishes};
+
+    /// At its reference torque, beyond the first break torque and below the second.
+    #[test]
+    fn its_parts_add_up() {
+        let [angle_rad, by_torque] = turned(&[1e-3, 2e-3, 3e-3, 50.0, 1e-5, 2e-5, 10.0, 90.0], 50.0);
+        assert_close(angle_rad, 6e-3 + 1e-4 + 1e-3);
+        assert_close(by_torque, (2e-3 + 6e-3 + 6e-3) / 50.0 + 2e-5);
+    }
 
     #[test]
-    fn its_parts_are_those_of_the_contacts() {
-        let [squared, cubed, skewed] =
-            contact(&SPEC, &[1e-3, 2e-3, 3e-3, 50.0, 0.0, 0.0, 1.0, 1.0]).curve_rad.map(|part| part.value);
-        assert_close(squared, 1e-3);
-        assert_close(cubed, 2e-3);
-        assert_close(skewed, 3e-3);
+    fn its_derivatives_by_its_numbers_are_exact() {
+        let own = [1e-3, 2e-3, 3e-3, 2.0, 1e-2, 2e-2, 0.5, 3.0];
+        for torque in [-2.0, 0.3, 1.0] {
+            for (place, slope) in slopes(&own, torque).into_iter().enumerate() {
+                let at = |h: f64| {
+                    let mut moved = own;
+                    moved[place] += h;
+                    turned(&moved, torque)[0]
+                };
+                assert!((slope - (at(1e-6) - at(-1e-6)) / 2e-6).abs() < 1e-8, "{place} {torque}");
+            }
+        }
     }
 
     /// At the reference torque each part is 1, and but for the last one it is odd.

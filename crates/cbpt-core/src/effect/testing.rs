@@ -2,8 +2,10 @@
 #![allow(clippy::panic, clippy::float_cmp)]
 
 use super::dual::Dual;
+use super::dual::values;
 use super::port::{Action, Ball, Contact, DriveNumbers, Load, Row};
 use super::spec::Spec;
+use super::{backlash, hard_stop, stiffness_curve};
 
 pub const ROW: Row = Row {
     place: 0,
@@ -148,10 +150,13 @@ pub fn vanishes(spec: &Spec) {
             assert_eq!(contact.stiffness_scale.value, 1.0);
             assert_eq!(contact.contact_angle_shift_rad.value, 0.0);
             assert_eq!(contact.exponent.value, 1.5);
-            assert_eq!(contact.play_rad.value, 0.0);
-            let curve = contact.curve_rad.iter().chain(&contact.added_compliance_rad_per_Nm);
-            assert!(curve.into_iter().all(|part| part.value == 0.0));
-            assert_eq!(contact.stop_share.value, 0.0);
+            for torque_Nm in [-3.0, 0.0, 5.0] {
+                assert!(contact.plays.iter().all(|own| backlash::turned(&values(own), torque_Nm)[0] == 0.0));
+                let turned = |own| stiffness_curve::turned(&values(own), torque_Nm)[0];
+                assert!(contact.curves.iter().all(|own| turned(own) == 0.0));
+                let carried = |own| hard_stop::carried(torque_Nm, &values(own)).0;
+                assert!(contact.stops.iter().all(|own| carried(own) == torque_Nm));
+            }
         }
         Action::Series(_) => {
             for torque_Nm in [-3.0, 0.0, 5.0] {

@@ -133,7 +133,7 @@ fn twisted(spring: &Spring<'_>, load: &Load, torque_Nm: f64) -> Solution {
         angles: Some(Angles { deceleration_rad, equal_speed_rad, residual: mesh.residual, steps: 0 }),
         deceleration: None,
         equal_speed: None,
-        torsional_stiffness_Nm_per_rad: Some(1.0 / mesh.slopes.torque),
+        torsional_stiffness_Nm_per_rad: Some(1.0 / mesh.by_torque()),
     }
 }
 

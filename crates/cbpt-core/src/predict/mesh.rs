@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use crate::drive::{CrossSlide, Deceleration, Drive, EqualSpeed, OutputPlate, RingGroove};
-use crate::effect::port::{Ball, Contact, SPRING_NUMBERS};
+use crate::effect::port::{Ball, Contact};
 use crate::equilibrium::lanes::contacts::ByContact;
 use crate::equilibrium::lanes::nearby::{Homogeneous, Place, SideBySide};
 use crate::equilibrium::ready::Changes;
@@ -186,9 +186,9 @@ impl<'a> Pairs<'a> {
             parts_rad: [0.0; 2],
             residual: 0.0,
             slopes: Slopes { gaps: vec![0.0; wanted.map_or(0, |_| self.gaps[0].len())], ..Slopes::default() },
-            spring: [0.0; SPRING_NUMBERS],
             torque_Nm: load[0],
-            stop: [0.0; 2],
+            with_stops_Nm: load[0],
+            carried_share: 1.0,
             carrying: [0; 2],
             regime: None,
         };
@@ -294,14 +294,14 @@ pub struct Mesh {
     pub parts_rad: [f64; 2],
     /// Largest scaled residual.
     pub residual: f64,
-    /// How it answers, torque and preload being those of the drive.
+    /// How it answers, the torque being the one that it carries and the preload that of the drive.
     pub slopes: Slopes,
-    /// Of a torsion spring: how it answers to its own numbers, in the order of [`Contact::of_spring`].
-    pub spring: [f64; SPRING_NUMBERS],
     /// Torque that it carries, N m.
     pub torque_Nm: f64,
-    /// How the angle answers to the share of a stop beside it and to the torque at which that is reached.
-    pub stop: [f64; 2],
+    /// Torque on it and on the stops beside it, N m.
+    pub with_stops_Nm: f64,
+    /// How much of a further torque on both it carries.
+    pub carried_share: f64,
     /// Diagonals that carry in one row of the deceleration and the equal-speed pair.
     pub carrying: [usize; 2],
     /// Which contacts carry; a torsion spring has none.
@@ -318,6 +318,11 @@ pub struct Turned {
 }
 
 impl Mesh {
+    /// How its angle answers to the torque on it and on the stops beside it, rad/(N m).
+    pub fn by_torque(&self) -> f64 {
+        self.carried_share * self.slopes.torque
+    }
+
     fn add(&mut self, response: &Response, share: f64, rows: f64, pair: usize) {
         let weight = share * rows;
         let (total, own) = (&mut self.slopes, &response.rotation);

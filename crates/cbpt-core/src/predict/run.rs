@@ -8,8 +8,9 @@ use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::effect::dual::Dual;
+use crate::effect::dual::{Dual, values};
 use crate::effect::port::{Contact, Load, Row};
+use crate::effect::{backlash, hard_stop, stiffness_curve};
 use crate::status::Status;
 
 use super::added::Added;
@@ -245,46 +246,41 @@ const NOTHING: Dual = Dual::constant(0.0);
 /// What the angle of the meshing points answers to, of that which depends on a seeded parameter.
 struct Answers<'a> {
     contact: Vec<(Answer, Dual)>,
+    stops: Vec<[f64; hard_stop::NUMBERS]>,
     gaps: &'a [Dual],
 }
 
-/// A number of the contacts.
+/// A number of the contacts; of an effect that may stand more than once, its place among the numbers of one of them.
 #[derive(Debug, Clone, Copy)]
 enum Answer {
     LogStiffness,
     ContactAngle,
     Exponent,
-    Spring(usize),
-    Stop(usize),
-}
-
-impl Answer {
-    /// How the angle answers to it.
-    fn of(self, mesh: &Mesh) -> f64 {
-        match self {
-            Self::LogStiffness => mesh.slopes.log_stiffness,
-            Self::ContactAngle => mesh.slopes.contact_angle,
-            Self::Exponent => mesh.slopes.exponent,
-            Self::Spring(place) => mesh.spring[place],
-            Self::Stop(place) => mesh.stop[place],
-        }
-    }
+    Play([f64; backlash::NUMBERS], usize),
+    Curve([f64; stiffness_curve::NUMBERS], usize),
+    /// Which of the stops, and which number of it.
+    Stop(usize, usize),
 }
 
 impl<'a> Answers<'a> {
     fn new(contact: &Contact, gaps: &'a [Dual]) -> Self {
         let scale = contact.stiffness_scale;
-        let of_all = [
+        let mut of_all = vec![
             (Answer::LogStiffness, scale.chain(scale.value.ln(), 1.0 / scale.value)),
             (Answer::ContactAngle, contact.contact_angle_shift_rad),
             (Answer::Exponent, contact.exponent),
-            (Answer::Stop(0), contact.stop_share),
-            (Answer::Stop(1), contact.stop_torque_Nm),
         ];
-        let numbers = contact.of_spring().into_iter().enumerate();
-        let of_spring = numbers.map(|(place, number)| (Answer::Spring(place), *number));
-        let all = of_all.into_iter().chain(of_spring);
-        Self { contact: all.filter(|(_, number)| number.depends()).collect(), gaps }
+        for own in &contact.plays {
+            of_all.extend(own.iter().enumerate().map(|(place, n)| (Answer::Play(values(own), place), *n)));
+        }
+        for own in &contact.curves {
+            of_all.extend(own.iter().enumerate().map(|(place, n)| (Answer::Curve(values(own), place), *n)));
+        }
+        for (stop, own) in contact.stops.iter().enumerate() {
+            of_all.extend(own.iter().enumerate().map(|(place, n)| (Answer::Stop(stop, place), *n)));
+        }
+        of_all.retain(|(_, number)| number.depends());
+        Self { contact: of_all, stops: contact.stops.iter().map(values).collect(), gaps }
     }
 
     /// The angle of the meshing points under a load, rad.
@@ -293,12 +289,37 @@ impl<'a> Answers<'a> {
         angle.add_slope(mesh.slopes.preload, &load.preload_N);
         angle.add_slope(mesh.slopes.spring, &load.spring_N_per_m);
         for (answer, number) in &self.contact {
-            angle.add_slope(answer.of(mesh), number);
+            angle.add_slope(self.to(*answer, mesh), number);
         }
         for (slope, gap) in mesh.slopes.gaps.iter().zip(self.gaps) {
             angle.add_slope(*slope, gap);
         }
         angle
+    }
+
+    /// How the angle answers to a number.
+    fn to(&self, answer: Answer, mesh: &Mesh) -> f64 {
+        match answer {
+            Answer::LogStiffness => mesh.slopes.log_stiffness,
+            Answer::ContactAngle => mesh.slopes.contact_angle,
+            Answer::Exponent => mesh.slopes.exponent,
+            Answer::Play(own, place) => backlash::slopes(&own, mesh.torque_Nm)[place],
+            Answer::Curve(own, place) => stiffness_curve::slopes(&own, mesh.torque_Nm)[place],
+            Answer::Stop(stop, place) => {
+                mesh.slopes.torque * self.carried_by(stop, place, mesh.with_stops_Nm)
+            }
+        }
+    }
+
+    /// How the torque that the stops leave answers to a number of one of them.
+    fn carried_by(&self, stop: usize, place: usize, mut torque_Nm: f64) -> f64 {
+        let mut by_number = 0.0;
+        for (other, own) in self.stops.iter().enumerate() {
+            let (left_Nm, by_torque, by_own) = hard_stop::carried(torque_Nm, own);
+            by_number = if other == stop { by_own[place] } else { by_number * by_torque };
+            torque_Nm = left_Nm;
+        }
+        by_number
     }
 }
 
@@ -336,6 +357,6 @@ impl SoFar<'_> {
     /// The total angle of a solution, rad; moves the memory on.
     fn total(&mut self, mesh: &Mesh) -> Dual {
         let at_torque = self.answers.angle(mesh, &self.load) + self.series_rad;
-        self.memory.after(at_torque, mesh.slopes.torque, &self.load, &self.limits_Nm)
+        self.memory.after(at_torque, mesh.by_torque(), &self.load, &self.limits_Nm)
     }
 }

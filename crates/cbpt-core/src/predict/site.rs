@@ -1,5 +1,6 @@
-//! What carries a load at one input angle: the pairs of a ball drive, or a torsion spring in their place; and a stop beside it.
+//! What carries a load at one input angle: the pairs of a ball drive, or a torsion spring in their place; and stops beside it.
 
+use crate::effect::dual::values;
 use crate::effect::hard_stop;
 use crate::effect::port::Contact;
 use crate::status::Status;
@@ -7,12 +8,11 @@ use crate::status::Status;
 use super::mesh::{Mesh, Pairs, Turned, Wanted, Warm};
 use super::spring::Spring;
 
-/// What carries a load at one input angle, and the stop beside it.
+/// What carries a load at one input angle, and the stops beside it.
 #[derive(Debug, Clone)]
 pub struct Site<'a> {
     carrier: Carrier<'a>,
-    /// Share of the stop, and the torque at which it is reached, N m.
-    stop: [f64; 2],
+    stops: Vec<[f64; hard_stop::NUMBERS]>,
 }
 
 /// What carries a load.
@@ -25,9 +25,17 @@ pub enum Carrier<'a> {
 }
 
 impl<'a> Site<'a> {
-    /// A carrier with the stop of these contacts.
+    /// A carrier with the stops of these contacts.
     pub fn new(carrier: Carrier<'a>, contact: &Contact) -> Self {
-        Self { carrier, stop: [contact.stop_share.value, contact.stop_torque_Nm.value] }
+        Self { carrier, stops: contact.stops.iter().map(values).collect() }
+    }
+
+    /// What the stops leave to the carrier, N m, and how much of a further torque.
+    fn carried(&self, torque_Nm: f64) -> (f64, f64) {
+        self.stops.iter().fold((torque_Nm, 1.0), |(torque_Nm, share), own| {
+            let (torque_Nm, by_torque, _) = hard_stop::carried(torque_Nm, own);
+            (torque_Nm, share * by_torque)
+        })
     }
 
     /// Solves it under a torque (N m) and a preload (N); see [`Pairs::solve`].
@@ -35,14 +43,12 @@ impl<'a> Site<'a> {
     /// # Errors
     /// The status, where there is no solution.
     pub fn solve(&self, load: [f64; 2], wanted: Option<Wanted>, warm: &mut Warm) -> Result<Mesh, Status> {
-        let [share, stop_Nm] = self.stop;
-        let (torque_Nm, [by_torque, by_share, by_stop]) = hard_stop::carried(load[0], share, stop_Nm);
+        let (torque_Nm, carried_share) = self.carried(load[0]);
         let mut mesh = match &self.carrier {
             Carrier::Pairs(pairs) => pairs.solve([torque_Nm, load[1]], wanted, warm)?,
             Carrier::Spring(spring) => spring.solve(torque_Nm),
         };
-        mesh.stop = [mesh.slopes.torque * by_share, mesh.slopes.torque * by_stop];
-        mesh.slopes.torque *= by_torque;
+        (mesh.with_stops_Nm, mesh.carried_share) = (load[0], carried_share);
         Ok(mesh)
     }
 
@@ -51,8 +57,7 @@ impl<'a> Site<'a> {
     /// # Errors
     /// The status, where there is no solution.
     pub fn turned(&self, load: [f64; 2], warm: &mut Warm) -> Result<Turned, Status> {
-        let [share, stop_Nm] = self.stop;
-        let (torque_Nm, [by_torque, ..]) = hard_stop::carried(load[0], share, stop_Nm);
+        let (torque_Nm, carried_share) = self.carried(load[0]);
         let turned = match &self.carrier {
             Carrier::Pairs(pairs) => {
                 let mesh = pairs.solve([torque_Nm, load[1]], None, warm)?;
@@ -60,6 +65,6 @@ impl<'a> Site<'a> {
             }
             Carrier::Spring(spring) => spring.turned(torque_Nm),
         };
-        Ok(Turned { by_torque: turned.by_torque * by_torque, ..turned })
+        Ok(Turned { by_torque: turned.by_torque * carried_share, ..turned })
     }
 }
