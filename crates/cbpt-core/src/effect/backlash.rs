@@ -4,7 +4,7 @@
 //! m_t goes to 0. Behind friction, so that a loop crosses its play where the friction of that way is overcome.
 
 use super::dual::Dual;
-use super::port::{Action, Contact};
+use super::port::{Action, Contact, PLAY_NUMBERS};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::Quantity;
 
@@ -35,21 +35,18 @@ pub static SPEC: Spec = Spec {
     action: Action::Contact(act),
 };
 
-/// How many numbers it has.
-pub const NUMBERS: usize = 2;
-
 fn act(own: &[Dual], contact: &mut Contact) {
     contact.plays.extend(own.first_chunk());
 }
 
 /// What it adds to the angle under a torque, and its derivative by the torque.
-pub fn turned(&[play_rad, transition_Nm]: &[f64; NUMBERS], torque_Nm: f64) -> [f64; 2] {
+pub fn turned(&[play_rad, transition_Nm]: &[f64; PLAY_NUMBERS], torque_Nm: f64) -> [f64; 2] {
     let (share, [by_torque, _]) = taken_up(torque_Nm, transition_Nm);
     [play_rad * share, play_rad * by_torque]
 }
 
 /// The derivatives of the angle by its numbers.
-pub fn slopes(&[play_rad, transition_Nm]: &[f64; NUMBERS], torque_Nm: f64) -> [f64; NUMBERS] {
+pub fn slopes(&[play_rad, transition_Nm]: &[f64; PLAY_NUMBERS], torque_Nm: f64) -> [f64; PLAY_NUMBERS] {
     let (share, [_, by_transition]) = taken_up(torque_Nm, transition_Nm);
     [share, play_rad * by_transition]
 }

@@ -5,7 +5,7 @@
 //! friction, as `backlash` is, so that a loop reaches the stop at one angle on both of its branches.
 
 use super::dual::Dual;
-use super::port::{Action, Contact};
+use super::port::{Action, Contact, STOP_NUMBERS};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::Quantity;
 
@@ -35,15 +35,12 @@ pub static SPEC: Spec = Spec {
     action: Action::Contact(act),
 };
 
-/// How many numbers it has.
-pub const NUMBERS: usize = 2;
-
 fn act(own: &[Dual], contact: &mut Contact) {
     contact.stops.extend(own.first_chunk());
 }
 
 /// What the contacts carry of a torque, its derivative by the torque, and those by the effect's numbers.
-pub fn carried(torque_Nm: f64, &[share, stop_Nm]: &[f64; NUMBERS]) -> (f64, f64, [f64; NUMBERS]) {
+pub fn carried(torque_Nm: f64, &[share, stop_Nm]: &[f64; STOP_NUMBERS]) -> (f64, f64, [f64; STOP_NUMBERS]) {
     let beyond = torque_Nm.abs() - stop_Nm;
     if beyond <= 0.0 || share == 0.0 {
         let by_share = if beyond > 0.0 { -beyond.copysign(torque_Nm) } else { 0.0 };

@@ -1,7 +1,6 @@
 //! What an effect is given at its port, and what it may change there.
 
 use super::dual::Dual;
-use super::{backlash, hard_stop, stiffness_curve};
 use crate::pair::HERTZ_EXPONENT;
 
 /// One reading as effects see it: the columns of the table but for the angle, and its place in the history.
@@ -96,6 +95,13 @@ impl Friction {
     }
 }
 
+/// How many numbers a `backlash` has.
+pub const PLAY_NUMBERS: usize = 2;
+/// How many numbers a `stiffness_curve` has.
+pub const CURVE_NUMBERS: usize = 8;
+/// How many numbers a `hard_stop` has.
+pub const STOP_NUMBERS: usize = 2;
+
 /// What the contacts of all pairs become. Effects that may stand more than once with shapes of their own are listed, each with
 /// its numbers in their order.
 #[derive(Debug, Clone)]
@@ -107,11 +113,11 @@ pub struct Contact {
     /// Exponent of the contact law.
     pub exponent: Dual,
     /// Each `backlash` of a torsion spring.
-    pub plays: Vec<[Dual; backlash::NUMBERS]>,
+    pub plays: Vec<[Dual; PLAY_NUMBERS]>,
     /// Each `stiffness_curve` of a torsion spring.
-    pub curves: Vec<[Dual; stiffness_curve::NUMBERS]>,
+    pub curves: Vec<[Dual; CURVE_NUMBERS]>,
     /// Each `hard_stop`, of which a later one bears on what those before it leave.
-    pub stops: Vec<[Dual; hard_stop::NUMBERS]>,
+    pub stops: Vec<[Dual; STOP_NUMBERS]>,
 }
 
 impl Contact {

@@ -6,7 +6,7 @@
 //! 1/K1 = 1/k + c1 + c2, 1/K2 = 1/k + c2 and K3 = k. Behind friction, as `backlash` is.
 
 use super::dual::Dual;
-use super::port::{Action, Contact};
+use super::port::{Action, CURVE_NUMBERS, Contact};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::Quantity;
 
@@ -62,15 +62,12 @@ const fn break_torque(stem: &'static str, meaning: &'static str) -> Parameter {
     Parameter::shape(stem, Quantity::Torque, 1.0, meaning).within(1e-9, 1e12).likely(1e-3, 1e3).log()
 }
 
-/// How many numbers it has.
-pub const NUMBERS: usize = 8;
-
 fn act(own: &[Dual], contact: &mut Contact) {
     contact.curves.extend(own.first_chunk());
 }
 
 /// What it adds to the angle under a torque, and its derivative by the torque.
-pub fn turned(&[a, b, c, reference_Nm, c1, c2, t1, t2]: &[f64; NUMBERS], torque_Nm: f64) -> [f64; 2] {
+pub fn turned(&[a, b, c, reference_Nm, c1, c2, t1, t2]: &[f64; CURVE_NUMBERS], torque_Nm: f64) -> [f64; 2] {
     let (value, by_torque) = parts(torque_Nm, reference_Nm);
     let [first, second] = [t1, t2].map(|at| up_to(torque_Nm, at));
     let of_parts = |[squared, cubed, skewed]: [f64; 3]| a * squared + b * cubed + c * skewed;
@@ -81,7 +78,7 @@ pub fn turned(&[a, b, c, reference_Nm, c1, c2, t1, t2]: &[f64; NUMBERS], torque_
 }
 
 /// The derivatives of the angle by its numbers.
-pub fn slopes(own: &[f64; NUMBERS], torque_Nm: f64) -> [f64; NUMBERS] {
+pub fn slopes(own: &[f64; CURVE_NUMBERS], torque_Nm: f64) -> [f64; CURVE_NUMBERS] {
     let &[a, b, c, reference_Nm, c1, c2, t1, t2] = own;
     let ([squared, cubed, skewed], by_torque) = parts(torque_Nm, reference_Nm);
     let [first, second] = [t1, t2].map(|at| up_to(torque_Nm, at));

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::effect::dual::{Dual, values};
-use crate::effect::port::{Contact, Load, Row};
+use crate::effect::port::{CURVE_NUMBERS, Contact, Load, PLAY_NUMBERS, Row, STOP_NUMBERS};
 use crate::effect::{backlash, hard_stop, stiffness_curve};
 use crate::status::Status;
 
@@ -246,7 +246,7 @@ const NOTHING: Dual = Dual::constant(0.0);
 /// What the angle of the meshing points answers to, of that which depends on a seeded parameter.
 struct Answers<'a> {
     contact: Vec<(Answer, Dual)>,
-    stops: Vec<[f64; hard_stop::NUMBERS]>,
+    stops: Vec<[f64; STOP_NUMBERS]>,
     gaps: &'a [Dual],
 }
 
@@ -256,8 +256,8 @@ enum Answer {
     LogStiffness,
     ContactAngle,
     Exponent,
-    Play([f64; backlash::NUMBERS], usize),
-    Curve([f64; stiffness_curve::NUMBERS], usize),
+    Play([f64; PLAY_NUMBERS], usize),
+    Curve([f64; CURVE_NUMBERS], usize),
     /// Which of the stops, and which number of it.
     Stop(usize, usize),
 }

@@ -2,7 +2,7 @@
 
 use crate::effect::dual::values;
 use crate::effect::hard_stop;
-use crate::effect::port::Contact;
+use crate::effect::port::{Contact, STOP_NUMBERS};
 use crate::status::Status;
 
 use super::mesh::{Mesh, Pairs, Turned, Wanted, Warm};
@@ -12,7 +12,7 @@ use super::spring::Spring;
 #[derive(Debug, Clone)]
 pub struct Site<'a> {
     carrier: Carrier<'a>,
-    stops: Vec<[f64; hard_stop::NUMBERS]>,
+    stops: Vec<[f64; STOP_NUMBERS]>,
 }
 
 /// What carries a load.

@@ -2,7 +2,7 @@
 //! `contact_stiffness`, the share t of the play j that each `backlash` takes up, and the h of each `stiffness_curve`.
 
 use crate::effect::dual::values;
-use crate::effect::port::Contact;
+use crate::effect::port::{CURVE_NUMBERS, Contact, PLAY_NUMBERS};
 use crate::effect::{backlash, stiffness_curve};
 use crate::equilibrium::response::Slopes;
 use crate::torsion_spring::{TorsionSpring, Twist};
@@ -14,8 +14,8 @@ use super::mesh::{Mesh, Turned};
 pub struct Spring<'a> {
     curve: &'a TorsionSpring,
     scale: f64,
-    plays: Vec<[f64; backlash::NUMBERS]>,
-    curves: Vec<[f64; stiffness_curve::NUMBERS]>,
+    plays: Vec<[f64; PLAY_NUMBERS]>,
+    curves: Vec<[f64; CURVE_NUMBERS]>,
 }
 
 impl<'a> Spring<'a> {

@@ -22,7 +22,7 @@ from cbpt._core import quadratic_step
 from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.forward import Point
-from cbpt.lab.model.priors import VARIANTS, Variant, log_size_prior
+from cbpt.lab.model.priors import VARIANTS, Variant, log_prior_of_sizes, log_size_prior
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -133,7 +133,7 @@ def fit_shared(
     prior = system.precision[system.precision > 0]
     log_evidence = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
     log_evidence += 0.5 * float(np.sum(np.log(prior)))
-    log_evidence += float(sum(_priors(first, variants, slots, x, covariance)))
+    log_evidence += _prior(first, variants, slots, x, covariance)
     log_evidence += float(sum(_of_changes(first, slots, (x, covariance), loose)))
     log_evidence += sum(party.log_noise for party in parties)
     bounds = system.low, system.high
@@ -150,20 +150,18 @@ def _slots(levels: int, p: int, separate: frozenset[int]) -> Ints:
     return slots
 
 
-def _priors(
+def _prior(
     problem: Problem, variants: Sequence[Variant], slots: Ints, x: Floats, covariance: Floats
-) -> list[float]:
-    """Log priors of the sizes: once for each value that they have."""
-    own = np.sqrt(np.diag(covariance))
-    found = []
+) -> float:
+    """Log prior of the sizes: once for each value that they have."""
+    off, which, places = x.copy(), [], []
     for number, variant in enumerate(variants):
         at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
-        places = {tuple(row[at].tolist()) for row in slots}
-        for place in sorted(places):
-            rows = list(place)
-            off = x[rows] - problem.mean[at] / problem.unit[at]
-            found.append(float(log_size_prior(variant, off, own[rows])))
-    return found
+        for place in sorted({tuple(row[at].tolist()) for row in slots}):
+            off[list(place)] -= problem.mean[at] / problem.unit[at]
+            which.append(variant)
+            places.append(place)
+    return log_prior_of_sizes(which, places, off, covariance)
 
 
 def _of_changes(

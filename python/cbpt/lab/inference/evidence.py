@@ -13,7 +13,7 @@ plausible range.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -33,7 +33,7 @@ from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
 from cbpt.lab.model.discrepancy import discrepancy_columns
 from cbpt.lab.model.forward import Point
-from cbpt.lab.model.priors import PRIORS, log_size_prior
+from cbpt.lab.model.priors import PRIORS, log_prior_of_sizes
 
 Floats = NDArray[np.float64]
 
@@ -264,7 +264,7 @@ def evaluated(ground: Ground, converged: bool, discrepancy_sd: float, stated_dof
         offsets_arcsec=ground.offsets,
         residual_arcsec=c.y_arcsec - point.angle_arcsec - c.offsets @ ground.offsets,
         log_marginal=marginal,
-        log_size_prior=sum(_log_prior_of_sizes(problem, hypothesis, point, covariance)),
+        log_size_prior=_log_prior_of_sizes(problem, hypothesis, point, covariance),
         converged=converged,
         noise_of_values=problem.noise,
         discrepancy_sd=discrepancy_sd,
@@ -273,10 +273,11 @@ def evaluated(ground: Ground, converged: bool, discrepancy_sd: float, stated_dof
 
 def _log_prior_of_sizes(
     problem: Problem, hypothesis: Hypothesis, point: Point, covariance: Floats
-) -> Iterator[float]:
-    """Of each variant: see `priors.log_size_prior`."""
-    off = problem.off_mean(point)
-    own = np.sqrt(np.diag(covariance)) / problem.unit
-    for number, variant in enumerate(hypothesis.variants):
-        at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
-        yield float(log_size_prior(variant, off[at], own[at]))
+) -> float:
+    """See `priors.log_prior_of_sizes`."""
+    places = [
+        [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
+        for number in range(len(hypothesis.variants))
+    ]
+    of_sizes = covariance / np.outer(problem.unit, problem.unit)
+    return log_prior_of_sizes(hypothesis.variants, places, problem.off_mean(point), of_sizes)
