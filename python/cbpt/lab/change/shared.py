@@ -158,7 +158,7 @@ def _prior(
     for number, variant in enumerate(variants):
         at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
         for place in sorted({tuple(row[at].tolist()) for row in slots}):
-            off[list(place)] -= problem.mean[at] / problem.unit[at]
+            off[list(place)] = x[list(place)] - problem.mean[at] / problem.unit[at]
             which.append(variant)
             places.append(place)
     return log_prior_of_sizes(which, places, off, covariance)

@@ -6,7 +6,7 @@
 How far an effect stands out, `d`, is the length of what it adds to the readings, in standard
 uncertainties, once the numbers of the drive, the calibrations and the offsets have been refitted.
 The misfit it explains is d^2, worth a little less than half of that because the scatter is not
-known beforehand; the price of its free size is that of `library.log_size_prior`, and where its
+known beforehand; the price of its free size is that of `priors.log_size_prior`, and where its
 shape is free as well there is a price for that. A reading of d scatters by 1, so an effect at
 exactly the size at which the odds reach the limit (`DecisionRules.rival_odds`) is told half the
 time.

@@ -494,41 +494,27 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
 def log_prior_of_sizes(
     variants: Sequence[Variant], places: Sequence[Sequence[int]], off: Floats, covariance: Floats
 ) -> float:
-    """Log of the prior density of the sizes of all variants.
+    """Log of the prior density of the sizes of all variants, and of the share of the posterior's
+    volume that is left of it within their plausible ranges.
 
-    Of sizes that are seen no better than their own uncertainty the readings may see the sum alone.
-    Then one of them is as large as its uncertainty, and another as its uncertainty once that one is
-    given: each as large as its own, their one freedom would be paid for twice. First comes the one
-    that is seen best, which makes them most probable.
+    Of sizes that only their sum is seen of, each may be anything to the linear problem; their prior
+    ends at `high`. It is counted as a Gaussian of that width, which sizes that are seen do not feel.
 
     places: of the sizes of each variant; off, covariance: of all, from where they vanish, in units
     of `low`.
     """
-    own, total = np.sqrt(np.diag(covariance)), 0.0
-    loose = []
-    for variant, place in zip(variants, places, strict=True):
-        at = list(place)
-        seen = float(np.linalg.norm(off[at]))
-        doubt = float(np.linalg.norm(own[at])) / math.sqrt(max(len(at), 1))
-        if doubt > max(seen, 1.0):
-            loose.append((doubt / max(seen, 1.0), variant, at))
-        else:
-            total += log_size_prior(variant, off[at], own[at])
-    given: list[int] = []
-    for _, variant, at in sorted(loose, key=lambda of: of[0]):
-        total += log_size_prior(variant, off[at], _own_given(covariance, at, given))
-        given += at
-    return total
-
-
-def _own_given(covariance: Floats, at: list[int], given: list[int]) -> Floats:
-    """Standard uncertainties of some numbers once others are given."""
-    left = covariance[np.ix_(at, at)]
-    if given:
-        between = covariance[np.ix_(given, at)]
-        known = covariance[np.ix_(given, given)]
-        left = left - between.T @ np.linalg.lstsq(known, between, rcond=None)[0]
-    return np.asarray(np.sqrt(np.maximum(np.diag(left), 0.0)))
+    at = [i for place in places for i in place]
+    reach = np.array([v.high / v.low for v, p in zip(variants, places, strict=True) for _ in p])
+    freedom = covariance[np.ix_(at, at)] / np.outer(reach, reach)
+    if not np.isfinite(freedom).all():
+        return -np.inf
+    limited = np.eye(len(at)) + freedom
+    own = np.zeros(len(off))
+    own[at] = reach * np.sqrt(np.diag(np.linalg.solve(limited, freedom)))
+    return -0.5 * float(np.linalg.slogdet(limited)[1]) + sum(
+        log_size_prior(variant, off[list(place)], own[list(place)])
+        for variant, place in zip(variants, places, strict=True)
+    )
 
 
 def log_density(variant: Variant, r: Floats) -> Floats:

@@ -31,8 +31,8 @@ class Effort:
     curved_room: float = 10.0
     """The same where one of effects that need one another does not grow in proportion."""
     rounds: int = 4
-    """Sets to which effects are added and from which they are taken; of large effects those from
-    which they are only taken come on top."""
+    """Sets to which effects are added and from which they are taken, and how often the noise of the
+    best is shared; of large effects those sets from which they are only taken come on top."""
     additions: int = 3
     """Effects that are added to each of them."""
     most: int = 4
@@ -51,9 +51,9 @@ class Effort:
     """Effects of a torsion spring: those alone of which one is in each pair that is fitted at once,
     and those of the best pairs of which three are."""
     at_once: int = 30
-    """Sets of those that are fitted in more than one form."""
+    """Pairs, triples and sets of four of those, each, that are fitted in more than one form."""
     best: int = 2
-    """Sets of those that are fitted in all of their forms."""
+    """The same that are fitted in all of their forms."""
 
 
 EFFORT = Effort()

@@ -65,7 +65,7 @@ class Signature:
         return np.asarray(along / self.unit[: len(along)])
 
     def log_prior(self, size: Floats, own: Floats) -> float:
-        """Prior of a size in units of the columns; see `library.log_size_prior`."""
+        """Prior of a size in units of the columns; see `priors.log_size_prior`."""
         return log_size_prior(self.variant, size, own) if not self.variant.spread else 0.0
 
 
