@@ -495,10 +495,11 @@ def log_prior_of_sizes(
     variants: Sequence[Variant], places: Sequence[Sequence[int]], off: Floats, covariance: Floats
 ) -> float:
     """Log of the prior density of the sizes of all variants, and of the share of the posterior's
-    volume that is left of it within their plausible ranges.
+    volume that lies within their plausible ranges.
 
-    Of sizes that only their sum is seen of, each may be anything to the linear problem; their prior
-    ends at `high`. It is counted as a Gaussian of that width, which sizes that are seen do not feel.
+    Where the readings show only the sum of two sizes, the linear problem leaves the volume of each
+    without an end. The prior ends at `high`: it counts as a Gaussian of that width about nothing,
+    which hardly changes sizes that the readings show.
 
     places: of the sizes of each variant; off, covariance: of all, from where they vanish, in units
     of `low`.
