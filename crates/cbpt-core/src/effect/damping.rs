@@ -43,47 +43,30 @@ fn act(own: &[Dual], run: &[Row]) -> Vec<Dual> {
     let rates = rates_of(run, starts_moving);
     let begins = if run.len() > 1 { steady(tau_s, run, &rates, 1)[1] * starts_moving } else { AT_REST };
     let added = from(begins, tau_s, run, &rates);
-    if starts_moving < 0.5 {
+    let last = run.len() - 1;
+    if starts_moving < 0.5 || !ends_as_it_begins(run, &rates) {
         return added;
     }
-    let Some((period, rates_of_it)) = repetition(run, starts_moving) else { return added };
-    let last = period.len() - 1;
-    let ends = from(begins, tau_s, &period, &rates_of_it)[last];
     // What it ends with, less what is left of where it began.
-    let kept = kept(tau_s, period[last].run_time_s - period[0].run_time_s);
-    from((ends - begins * kept) / (-kept + 1.0), tau_s, run, &rates)
+    let kept = kept(tau_s, run[last].run_time_s - run[0].run_time_s);
+    from((added[last] - begins * kept) / (-kept + 1.0), tau_s, run, &rates)
 }
 
 const AT_REST: Dual = Dual::constant(0.0);
-
-/// The readings between a start and its repetition, with their rates, where a run repeats itself: it ends as it began, or
-/// would with one reading more, as a period is often written without its last point.
-fn repetition(run: &[Row], starts_moving: f64) -> Option<(Vec<Row>, Vec<Rate>)> {
-    let [first, .., before, last] = run else { return None };
-    let step_s = last.run_time_s - before.run_time_s;
-    let closing = Row { torque_Nm: first.torque_Nm, run_time_s: last.run_time_s + step_s, ..*last };
-    let periods = [run.to_vec(), [run, &[closing]].concat()].into_iter();
-    let mut rated = periods.map(|period| {
-        let rates = rates_of(&period, starts_moving);
-        (period, rates)
-    });
-    rated.find(|(period, rates)| ends_as_it_begins(period, rates))
-}
 
 /// Whether torque and rate are those of the start again, to half of the largest step and a fifth of the largest rate: the rate of
 /// the last step is half a step late. A run that begins with a hold begins at rest.
 fn ends_as_it_begins(run: &[Row], rates: &[Rate]) -> bool {
     let last = run.len() - 1;
-    let step_Nm = |place: usize| run[place].torque_Nm - run[place - 1].torque_Nm;
+    if last < 3 || run[1].torque_Nm - run[0].torque_Nm == 0.0 {
+        return false;
+    }
     let off_Nm = run[last].torque_Nm - run[0].torque_Nm;
     let off_Nm_per_s = rates[last].arriving_Nm_per_s - rates[0].leaving_Nm_per_s;
-    let fastest = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.leaving_Nm_per_s.abs()));
-    // All but the one that closes it.
-    let longest_Nm = (1..last).fold(0.0_f64, |most, place| most.max(step_Nm(place).abs()));
-    step_Nm(1) != 0.0
-        && off_Nm.abs() < 0.5 * longest_Nm
-        && step_Nm(last).abs() < 1.5 * longest_Nm
-        && off_Nm_per_s.abs() < 0.2 * fastest
+    let most = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.leaving_Nm_per_s.abs()));
+    let step_Nm =
+        run.windows(2).fold(0.0_f64, |most, pair| most.max((pair[1].torque_Nm - pair[0].torque_Nm).abs()));
+    off_Nm.abs() < 0.5 * step_Nm && off_Nm_per_s.abs() < 0.2 * most
 }
 
 /// What is added at each reading from what is added at the first.
@@ -205,8 +188,6 @@ mod tests {
         let tau = Dual::parameter(tau_s, 0);
         let of = |run: &[(f64, f64)]| torques(&SPEC, &[tau, Dual::constant(1.0)], run);
         assert!(most(&of(&period)) < 0.003);
-        // As it is often written, without its last point.
-        assert!(most(&of(&period[..40])) < 0.004);
         assert!(most(&of(&period[..30])) > 0.01);
         let (h, found) = (1e-6, torques(&SPEC, &[tau, Dual::constant(1.0)], &period));
         let at = |tau: f64| torques(&SPEC, &[Dual::constant(tau), Dual::constant(1.0)], &period);
