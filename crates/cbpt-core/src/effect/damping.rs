@@ -3,7 +3,7 @@
 //! The load that turns the reducer is tau dM/dt = M0 - M, with tau the damping over the stiffness (Kelvin and Voigt). What it
 //! adds is m = M - M0. With the rates r of the torque as in [`super::torque_rate`], which go straight between readings, m is
 //! q + (m1 - q1) exp(-dt/tau) after m1, with q = tau (tau dr/dt - r); -tau r for a short time. A run begins at rest, m = 0, or
-//! moves, m = q; if it then ends as it began, it goes on from a repetition of itself, and begins with the m with which it ends.
+//! moves, m = q; if its torque then ends as it began, it is a period of a repeated cycle, and begins with the m with which it ends.
 
 use super::dual::Dual;
 use super::port::{Action, Row};
@@ -30,7 +30,7 @@ pub static SPEC: Spec = Spec {
         .within(0.0, 1e6)
         .likely(0.0, 10.0),
         Parameter {
-            meaning: "1 where runs begin while the torque changes, and one that ends as it began goes on from a repetition of itself; 0 where they begin at rest",
+            meaning: "1 where runs begin while the torque changes, and a run whose torque ends as it began is a period of a repeated cycle; 0 where runs begin at rest",
             ..STARTS_MOVING
         },
     ],

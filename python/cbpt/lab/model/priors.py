@@ -494,15 +494,15 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
 def log_prior_of_sizes(
     variants: Sequence[Variant], places: Sequence[Sequence[int]], off: Floats, covariance: Floats
 ) -> float:
-    """Log of the prior density of the sizes of all variants, and of the share of the posterior's
-    volume that lies within their plausible ranges.
+    """Log of the prior density of the sizes of all variants, with the factor by which their
+    plausible ranges reduce the volume of the posterior.
 
-    Where the readings show only the sum of two sizes, the linear problem leaves the volume of each
-    without an end. The prior ends at `high`: it counts as a Gaussian of that width about nothing,
-    which hardly changes sizes that the readings show.
+    When the readings determine only the sum of two sizes, the linear problem leaves each of them
+    without a limit. Here the limit is a Gaussian about zero with the standard deviation `high`; it
+    hardly changes sizes that the readings determine.
 
-    places: of the sizes of each variant; off, covariance: of all, from where they vanish, in units
-    of `low`.
+    places: of the sizes of each variant; off: of all, from where they vanish, in units of `low`;
+    covariance: in squares of these. Minus infinity where the covariance is not finite.
     """
     at = [i for place in places for i in place]
     reach = np.array([v.high / v.low for v, p in zip(variants, places, strict=True) for _ in p])

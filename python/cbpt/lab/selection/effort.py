@@ -31,8 +31,8 @@ class Effort:
     curved_room: float = 10.0
     """The same where one of effects that need one another does not grow in proportion."""
     rounds: int = 4
-    """Sets to which effects are added and from which they are taken, and how often the noise of the
-    best is shared; of large effects those sets from which they are only taken come on top."""
+    """Sets to which effects are added and from which they are taken; of large effects, sets from
+    which they are only taken are extra. The noise of the best set is passed on as often."""
     additions: int = 3
     """Effects that are added to each of them."""
     most: int = 4
@@ -48,12 +48,12 @@ class Effort:
     """Sets of an effect that does not grow in proportion that are searched for other modes before
     effects are added to any."""
     large: int = 8
-    """Effects of a torsion spring: those alone of which one is in each pair that is fitted at once,
-    and those of the best pairs of which three are."""
+    """Of a torsion spring: the best single effects one of which is in every pair that is fitted at
+    once, and the effects of the best sets that triples are made of."""
     at_once: int = 30
-    """Pairs, triples and sets of four of those, each, that are fitted in more than one form."""
+    """How many pairs, triples and sets of four of those are fitted in several forms, of each."""
     best: int = 2
-    """The same that are fitted in all of their forms."""
+    """How many of each are fitted in all forms."""
 
 
 EFFORT = Effort()

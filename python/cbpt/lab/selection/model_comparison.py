@@ -445,7 +445,7 @@ class _Contest:
     def fit_at_once(self, sets: Sequence[tuple[str, ...]]) -> None:
         """Sets of effects in full, those that are ahead in a few forms, and the best in all: the
         linear problem cannot tell forms of what is as large as the loop."""
-        self.report("effects together", 0.6)
+        self.report("effects together", 0.65)
         seen = self.setting.signatures, self.views[0].screen
         found = (starts_at_once(self.fitter, *seen, names) for names in sets)
         starts = [forms for forms in found if forms]
@@ -466,7 +466,7 @@ class _Contest:
 
         def take(fit: Fit | None) -> None:
             self.keep(fit)
-            self.report("effects together", 0.6)
+            self.report("effects together", 0.65)
             i = next(places)
             scores[i] = max(scores[i], -np.inf if fit is None else self.setting.score(fit))
 
