@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from cbpt._core import quadratic_step
 from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
 from cbpt.lab.inference.gauss_newton import Problem, point_at
+from cbpt.lab.inference.hypothesis import places_of_sizes
 from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import VARIANTS, Variant, log_prior_of_sizes, log_size_prior
 
@@ -155,8 +156,8 @@ def _prior(
 ) -> float:
     """Log prior of the sizes: once for each value that they have."""
     off, which, places = x.copy(), [], []
-    for number, variant in enumerate(variants):
-        at = [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
+    of_each = places_of_sizes(variants, problem.unknowns)
+    for variant, at in zip(variants, of_each, strict=True):
         for place in sorted({tuple(row[at].tolist()) for row in slots}):
             off[list(place)] = x[list(place)] - problem.mean[at] / problem.unit[at]
             which.append(variant)

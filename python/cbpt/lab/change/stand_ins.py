@@ -32,7 +32,7 @@ from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.progress import untold
 from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.hypothesis import Unknown
+from cbpt.lab.inference.hypothesis import Unknown, places_of_sizes
 from cbpt.lab.model.priors import CLASSES, PRIORS, Variant
 from cbpt.lab.selection.competition import Progress
 from cbpt.lab.selection.rules import RULES
@@ -120,8 +120,7 @@ def plausible(choice: Choice) -> bool:
     """Whether the last effect of a choice, which stands in for another, is of a plausible size at
     every level."""
     form, unknowns = choice.levels.variants[-1], choice.levels.fits[0].unknowns
-    last = len(choice.levels.variants) - 1
-    places = [i for i, u in enumerate(unknowns) if u.size_of == last]
+    places = places_of_sizes(choice.levels.variants, unknowns)[-1]
     return all(
         abs(choice.fit.value(level, place)[0] * unknowns[place].unit) <= high
         for level in range(len(choice.levels.fits))

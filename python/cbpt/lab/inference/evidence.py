@@ -30,7 +30,7 @@ from cbpt.lab.covariance.linear_gaussian import (
     log_likelihood,
 )
 from cbpt.lab.inference.gauss_newton import Problem
-from cbpt.lab.inference.hypothesis import Hypothesis, Unknown
+from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, places_of_sizes
 from cbpt.lab.model.discrepancy import discrepancy_columns
 from cbpt.lab.model.forward import Point
 from cbpt.lab.model.priors import PRIORS, log_prior_of_sizes
@@ -120,9 +120,10 @@ def may_depart(hypothesis: Hypothesis, unknowns: tuple[Unknown, ...]) -> list[li
 
     Numbers of the drive have none, and a lot of balls is any function already.
     """
+    places = places_of_sizes(hypothesis.variants, unknowns)
     return [
-        [i for i, u in enumerate(unknowns) if u.size_of == number]
-        for number, v in enumerate(hypothesis.variants)
+        at
+        for v, at in zip(hypothesis.variants, places, strict=True)
         if v.effect not in PRIORS and not v.spread
     ]
 
@@ -275,9 +276,6 @@ def _log_prior_of_sizes(
     problem: Problem, hypothesis: Hypothesis, point: Point, covariance: Floats
 ) -> float:
     """See `priors.log_prior_of_sizes`."""
-    places = [
-        [i for i, u in enumerate(problem.unknowns) if u.size_of == number]
-        for number in range(len(hypothesis.variants))
-    ]
+    places = places_of_sizes(hypothesis.variants, problem.unknowns)
     of_sizes = covariance / np.outer(problem.unit, problem.unit)
     return log_prior_of_sizes(hypothesis.variants, places, problem.off_mean(point), of_sizes)

@@ -3,10 +3,12 @@
 Hypothesis        variants of effects that are at work together
 Unknown           one free number: its prior, bounds and unit
 unknown_of_shape  a shape of an effect as an unknown
+places_of_sizes   where the sizes of each variant stand among the unknowns
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,3 +60,9 @@ def unknown_of_shape(index: int, name: str, shape: Shape) -> Unknown:
     return Unknown(
         index, name, float((low + high) / 2), sd, shape.low, shape.high, unit=sd, log=shape.log
     )
+
+
+def places_of_sizes(variants: Sequence[Variant], unknowns: Sequence[Unknown]) -> list[list[int]]:
+    """Of each variant of a hypothesis the places of its sizes among the unknowns."""
+    numbers = range(len(variants))
+    return [[i for i, u in enumerate(unknowns) if u.size_of == number] for number in numbers]
