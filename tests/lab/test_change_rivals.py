@@ -15,6 +15,7 @@ from cbpt.lab.change.parameters import _direction, _of_effect, changed_of
 from cbpt.lab.change.parties import levels_of
 from cbpt.lab.change.posterior import Choice, Group, Weighed, _Search, groups_of
 from cbpt.lab.change.record import Changed, Limit
+from cbpt.lab.change.reproducibility import moves_of
 from cbpt.lab.change.rest import Rest, rest_of
 from cbpt.lab.change.shared import _System, fit_shared
 from cbpt.lab.change.text import _told
@@ -269,6 +270,26 @@ def test_a_gain_that_would_go_beyond_what_is_plausible_explains_nothing() -> Non
     for choice in likely:
         gains = {"torque_scale", "sensor_gain"} & choice.changed
         assert not choice.fit.ends_at_limit([unknowns.index(gain) for gain in gains])
+
+
+def test_a_change_moves_the_angles_by_what_no_other_one_makes_up_for() -> None:
+    """By its values alone each of two that cancel moved the angles by far more than levels differ,
+    and both were told for certain beside what the model lacks of a real reducer."""
+    tables = [cbpt.read_readings(t, need_preload=False) for t in (play(0.0), stiffened(play(0.0)))]
+    levels = levels_of([campaign_of(cbpt.Case.from_dict(SPRING), t, []) for t in tables], [])
+    assert levels is not None
+    unknowns = [u.name for u in levels.fits[0].unknowns]
+
+    def moves(effect: str, *changed: str) -> float:
+        own = frozenset(unknowns.index(name) for name in changed)
+        fit = fit_shared(levels.parties, levels.variants, own)
+        assert fit is not None
+        return moves_of(Choice(frozenset(changed), levels, fit, 0.0), effect)
+
+    alone = moves("contact_stiffness", "contact_stiffness")
+    largest = float(np.abs(tables[0].elastic_angle_arcsec).max())
+    assert 0.01 * largest < alone < 0.05 * largest
+    assert moves("contact_stiffness", "contact_stiffness", "sensor_gain") < 0.01 * alone
 
 
 def test_a_choice_without_one_change_is_another_choice() -> None:

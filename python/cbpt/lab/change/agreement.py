@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.change.loop_widths import CHANCE
-from cbpt.lab.change.posterior import Choice, groups_of
-from cbpt.lab.change.reproducibility import places_of, with_values_of
+from cbpt.lab.change.posterior import Choice
+from cbpt.lab.change.reproducibility import excludes, places_of, with_values_of
 from cbpt.lab.covariance.repeated_runs import groups_of_runs
 from cbpt.lab.inference.gauss_newton import Problem
 from cbpt.lab.readings.readings import Readings
@@ -76,8 +76,8 @@ class _Pair:
             z, d = _freely(problem, left, point.angle_arcsec - moved)
             found.append((problem.campaign.readings, z * d, d * d))
         (one, u, v), (two, s, t) = found
-        excludes = _excludes(choice, effect, *levels), _excludes(choice, effect, *levels[::-1])
-        return cls((one, two), (u, s), (v, t), excludes)
+        beyond = excludes(choice, effect, *levels), excludes(choice, effect, *levels[::-1])
+        return cls((one, two), (u, s), (v, t), beyond)
 
     @property
     def size(self) -> float:
@@ -119,15 +119,6 @@ class _Pair:
             return True
         nu = float(total**2 / np.sum(parts**2 / known))
         return bool(1 / np.sqrt(total) > stdtrit(nu, 1 - CHANCE / 2))
-
-
-def _excludes(choice: Choice, effect: str, level: int, other: int) -> bool:
-    """Whether some number of an effect is beyond the limits of one level at the other one."""
-    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
-    slots = choice.fit.slots[:, list(group.unknowns)]
-    least, most = (bound[slots[level]] for bound in choice.fit.bounds)
-    values = choice.fit.x[slots[other]]
-    return bool(((values < least) | (values > most)).any())
 
 
 def _freely(problem: Problem, *curves: Floats) -> Iterator[Floats]:

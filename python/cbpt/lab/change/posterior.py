@@ -98,6 +98,16 @@ class Choice:
     loose: frozenset[int] = frozenset()
     """Places of gains that change by whatever an instrument may."""
 
+    def own_places(self, effect: str) -> frozenset[int]:
+        """Places of the numbers of an effect that have a value for each level; of a fit that stands
+        for that of a twin, those of the twin."""
+        places = {group.effect: group.unknowns for group in groups_of(self.levels)}
+        own = self.fit.separate.intersection(places[effect])
+        if own or not self.stands_for:
+            return own
+        (twin,) = TWINS[effect]
+        return self.fit.separate.intersection(places[twin])
+
 
 @dataclass(frozen=True, eq=False)
 class Weighed:

@@ -3,9 +3,10 @@
 with_set_ups        levels whose noise has what a new set-up changes
 reproducibility_of  that, from levels that repeat one state
 rms_arcsec          of angles, as the fit weighs them
-moves_of            by how much the values of one effect make levels differ
+moves_of            by how much the angles move with a change of one effect
 with_values_of      the curve of a level with those of another one
 places_of           where they stand
+excludes            whether a level cannot have the values of another one
 dispersed           levels whose readings count for less
 dispersion_of       by how much, from levels that repeat one state
 pattern_of          by how much, from the pattern of what their fits leave
@@ -26,10 +27,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, groups_of, of_odds
 from cbpt.lab.change.shared import Party, fit_shared
@@ -238,17 +241,26 @@ def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float
 
 
 def moves_of(choice: Choice, effect: str) -> float:
-    """Standard deviation in arcsec by which levels differ if they have their own values of this
-    effect alone; infinite where the model has no solution with them."""
-    problem = choice.levels.parties[0].problem
-    curves = [choice.fit.points[0].angle_arcsec]
-    for other in range(1, len(choice.fit.points)):
-        moved = with_values_of(choice, effect, 0, other)
-        if moved is None:
-            return float("inf")
-        curves.append(moved)
-    free = _freely(problem, np.column_stack(curves))
-    return rms_arcsec(problem.campaign, np.std(free, axis=1, ddof=1))
+    """By how much the fitted angles of a level move where an effect keeps one value at all levels
+    and the other numbers make up for it: root mean square in arcsec, the most of all levels.
+    Infinite where the model has no solution then, or the loops of one level exclude what another
+    one has.
+
+    What a change does by itself says little: two that cancel each other, a softer joint and a
+    stiffer contact, each move the angles by far more than levels differ.
+    """
+    levels, fit = choice.levels, choice.fit
+    if any(excludes(choice, effect, *pair) for pair in permutations(range(len(fit.slots)), 2)):
+        return float("inf")
+    kept = fit.separate - choice.own_places(effect)
+    without = fit_shared(levels.parties, levels.variants, kept, fit.points, choice.loose & kept)
+    if without is None:
+        return float("inf")
+    moves = []
+    for party, with_it, point in zip(levels.parties, fit.points, without.points, strict=True):
+        moved = (with_it.angle_arcsec - point.angle_arcsec)[:, None]
+        moves.append(rms_arcsec(party.problem.campaign, _freely(party.problem, moved)[:, 0]))
+    return max(moves)
 
 
 def with_values_of(choice: Choice, effect: str, level: int, other: int) -> Floats | None:
@@ -265,6 +277,14 @@ def places_of(choice: Choice, effect: str) -> NDArray[np.int64]:
     """Where the numbers of an effect stand among the values of a point."""
     group = next(g for g in groups_of(choice.levels) if g.effect == effect)
     return np.asarray(choice.levels.parties[0].problem.index[list(group.unknowns)])
+
+
+def excludes(choice: Choice, effect: str, level: int, other: int) -> bool:
+    """Whether a size of an effect is far beyond the limit of one level at the other one."""
+    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
+    slots = choice.fit.slots[:, list(group.sizes)]
+    values, most = choice.fit.x[slots[other]], choice.fit.bounds[1][slots[level]]
+    return bool((values > ALIKE_WIDTHS * most).any())
 
 
 def rms_arcsec(campaign: Campaign, values: Floats) -> float:

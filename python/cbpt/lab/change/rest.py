@@ -41,7 +41,7 @@ class Rest:
     apart_arcsec: float | None
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
-    """Of what may have changed: by how much the levels differ by its values alone."""
+    """Of what may have changed: by how much the fitted angles of a level move with that."""
     told_from_arcsec: float
     """From which of these on a change of one effect is told: what the rests of runs with the same
     torques differ by from level to level; without such runs, the rest."""

@@ -10,6 +10,7 @@ lines              the whole answer
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
@@ -145,9 +146,8 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
     rest = _rest(found, angle)
     if not rest:
         return _runs(found) if found.kind == "changed" else ""
-    each = [
-        f"{e} (moves the angles by {angle.text(found.moves_arcsec[e])}, rms)" for e in found.hidden
-    ]
+    moves = {e: angle.text(m) for e, m in found.moves_arcsec.items() if isfinite(m)}
+    each = [f"{e} (moves the angles by {moves[e]}, rms)" if e in moves else e for e in found.hidden]
     also = f" Not decided beside it: {listed(each)}." if each and found.kind == "changed" else ""
     loops = _loops_differ(found, angle) if found.foremost else ""
     runs = _runs(found) if found.kind == "changed" else ""
