@@ -235,6 +235,7 @@ def test_numbers_that_are_known_together_alone_differ_together(
         bounds=(np.full(4, -9.0), np.full(4, 9.0)),
         points=(),
         misfit=0.0,
+        of_readings=0.0,
         log_evidence=0.0,
     )
     levels = SimpleNamespace(fits=[SimpleNamespace(unknowns=unknowns)])

@@ -27,7 +27,7 @@ from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
 from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.posterior import Choice, Weighed, choices_of, weigh
+from cbpt.lab.change.posterior import Choice, Weighed, choices_of, in_reach, weigh
 from cbpt.lab.change.progress import part_of, rising, untold
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
@@ -342,22 +342,24 @@ def _counting(
 
 
 def _searched(
-    candidates: Sequence[Levels], count: Callable[[Levels], Levels], tell: Progress
+    candidates: Sequence[Levels],
+    count: Callable[[Levels], Levels],
+    tell: Progress,
+    beside: Choice | None = None,
 ) -> list[Choice]:
-    """What may have changed, by every set of effects."""
-    if not candidates:
+    """What may have changed, by every set of effects that may hold the best answer."""
+    counted = [count(levels) for levels in candidates]
+    searched = in_reach([levels for levels in counted if not levels.choices])
+    searched += [levels for levels in counted if levels.choices]
+    if not searched:
         return []
-    share = 1 / len(candidates)
+    share = 1 / len(searched)
     works = [
-        partial(_choices, levels, count, part_of(tell, k * share, (k + 1) * share))
-        for k, levels in enumerate(candidates)
+        partial(choices_of, levels, part_of(tell, k * share, (k + 1) * share), beside)
+        for k, levels in enumerate(searched)
     ]
-    campaign = candidates[0].parties[0].problem.campaign
+    campaign = searched[0].parties[0].problem.campaign
     return [choice for found in side_by_side(campaign, works) for choice in found]
-
-
-def _choices(levels: Levels, count: Callable[[Levels], Levels], tell: Progress) -> list[Choice]:
-    return choices_of(count(levels), tell)
 
 
 def _weighed(
@@ -387,7 +389,7 @@ def _searched_through(
     if weighed is None or weighed.something < RULES.certain:
         return weighed
     offered = with_stand_ins(weighed, named, part_of(tell, _WEIGHED, _OFFERED))
-    more = _searched(offered, count, part_of(tell, _OFFERED, _TRIED))
+    more = _searched(offered, count, part_of(tell, _OFFERED, _TRIED), weighed.best)
     every = [*choices, *filter(plausible, more)]
     return weigh(_searched_whole(every, part_of(tell, _TRIED, 1.0)))
 

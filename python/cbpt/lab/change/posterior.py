@@ -3,6 +3,7 @@
     Group       what changes together: the parameters of an effect, or one number
     Choice      some effects at every level, and which groups changed
     Weighed     choices with their probabilities
+    in_reach    sets of effects that may hold a choice as probable as the best
     choices_of  all that matter of one set of effects: none, each group, and further ones while that
                 gains
     weigh       gives them their probabilities
@@ -17,12 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.progress import untold
 from cbpt.lab.change.shared import Shared, fit_shared
+from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
 from cbpt.lab.model.priors import ODDS as THERE
 from cbpt.lab.selection.competition import Progress
@@ -58,6 +61,9 @@ class _Effort:
     """Choices whose values all others are tried at."""
     room: float = 12.0
     """In log odds: what is that far below the best has no say."""
+    far: float = 120.0
+    """In log odds: what is that far below the best is not searched to its end. Ten times `room`, as
+    readings may count for less in the end: 20 times less, and it is still 6 below."""
 
 
 _EFFORT = _Effort()
@@ -107,6 +113,10 @@ class Choice:
             return own
         (twin,) = TWINS[effect]
         return self.fit.separate.intersection(places[twin])
+
+    def beside(self, effect: str) -> frozenset[int]:
+        """Places of what else has a value for each level where this effect keeps one."""
+        return _Search(self.levels).alongside(self.fit.separate - self.own_places(effect))
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,16 +235,20 @@ def _forms(choice: Choice) -> Iterator[Choice]:
     yield choice
 
 
-def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:
+def choices_of(
+    levels: Levels, tell: Progress = untold, beside: Choice | None = None
+) -> list[Choice]:
     """Those that the levels state; else none, each group, and further ones while that gains; then
     all groups, and fewer while that gains: two that changed together may look no better than none
-    as long as one of them is shared.
+    as long as one of them is shared. beside: a choice of another set of effects; stated ones far
+    below it are not searched to their end.
     """
     search = _Search(levels)
     if levels.choices:
+        search.floor = -np.inf if beside is None else beside.log_odds - _EFFORT.far
         for names in sorted(levels.choices, key=len):
             for own in search.forms_of(names):
-                search.score(own)
+                search.score(own, None, search.floor)
     elif search.score(frozenset()) > -np.inf:
         search.more(tell)
         search.fewer(tell)
@@ -246,6 +260,22 @@ def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:
     return [*found, *search.gains()]
 
 
+def in_reach(sets: Sequence[Levels]) -> list[Levels]:
+    """Those of several sets of effects of which a choice may be no further below the best one than
+    what is searched to its end.
+
+    Each is fitted with all numbers shared and with none. No choice follows the readings better than
+    the latter, what is stated of its numbers left aside, and the volume of the prior takes least
+    with the former.
+    """
+    if len(sets) < 2:
+        return list(sets)
+    works = [_Search(levels).ends for levels in sets]
+    ends = side_by_side(sets[0].parties[0].problem.campaign, works)
+    floor = max(max(odds) for _, *odds in ends) - _EFFORT.far
+    return [levels for levels, (most, *_) in zip(sets, ends, strict=True) if most >= floor]
+
+
 class _Search:
     """The choices of one set of effects that were fitted so far, with their log odds, by the places
     of the unknowns that have values of their own at each level."""
@@ -255,6 +285,10 @@ class _Search:
         self.groups = groups_of(levels)
         self.there = sum(float(np.log(THERE.get(v.effect, THERE[""]))) for v in levels.variants)
         self.scored: dict[frozenset[int], tuple[Shared, float]] = {}
+        self.asked: dict[frozenset[int], float] = {}
+        """Log odds from where on each of them was searched to its end."""
+        self.floor = -np.inf
+        """Those from where on any is."""
 
     def names(self, own: frozenset[int]) -> frozenset[str]:
         """What changed."""
@@ -265,16 +299,53 @@ class _Search:
         ways = [group.forms for group in self.groups if group.effect in names]
         return {frozenset[int]().union(*(way[end] for way in ways)) for end in (0, -1)}
 
-    def score(self, own: frozenset[int], of: frozenset[int] | None = None) -> float:
-        """Log odds of a choice; of: another one, from whose values it is searched too."""
-        own, scored = self._alongside(own), self.scored
+    def score(
+        self, own: frozenset[int], of: frozenset[int] | None = None, least: float = -np.inf
+    ) -> float:
+        """Log odds of a choice; of: another one, from whose values it is searched too. least: from
+        where on it is searched to its end."""
+        own, scored = self.alongside(own), self.scored
+        if own in scored and scored[own][1] < self.asked[own] and least < self.asked[own]:
+            self._searched_on(own, scored[own][0], least)
         if own not in scored:
-            further = [scored[of][0]] if of is not None else []
-            found = _fitted(self.levels, own, _nested(own, scored), further)
+            starts = _nested(own, scored), [scored[of][0]] if of is not None else []
+            found = _fitted(self.levels, own, *starts, least - self._prior(own))
             if found is None:
                 return -np.inf
             scored[own] = found, found.log_evidence + self._prior(own)
+            self.asked[own] = least
         return scored[own][1]
+
+    def _searched_on(self, own: frozenset[int], start: Shared, least: float) -> None:
+        """A choice again from where its search may have ended early."""
+        prior, of = self._prior(own), self.levels
+        again = fit_shared(of.parties, of.variants, own, start.points, least=least - prior)
+        self.asked[own] = least
+        if again is not None and again.log_evidence > start.log_evidence:
+            self.scored[own] = again, again.log_evidence + prior
+
+    def top(
+        self, choices: Sequence[frozenset[int]], of: frozenset[int] | None = None
+    ) -> frozenset[int]:
+        """The most probable of some choices; those far below it are not searched to their end."""
+        best, most = choices[0], -np.inf
+        for own in choices:
+            odds = self.score(own, of, most - _EFFORT.far)
+            if odds > most:
+                best, most = own, odds
+        return best
+
+    def ends(self) -> tuple[float, float, float]:
+        """Log odds that no choice goes beyond, those where nothing changed and where all did; all
+        minus infinity where the search has no choice to begin with."""
+        every = frozenset(i for group in self.groups for i in group.unknowns)
+        none, whole = self.score(frozenset()), self.score(every)
+        if none == -np.inf:
+            return none, none, none
+        if whole == -np.inf:
+            return np.inf, none, whole
+        shared, own = (self.scored[self.alongside(at)][0] for at in (frozenset[int](), every))
+        return max(none, whole, none + 0.5 * (shared.misfit - own.of_readings)), none, whole
 
     def _changed(self, own: frozenset[int]) -> list[Group]:
         return [group for group in self.groups if not own.isdisjoint(group.sizes)]
@@ -282,7 +353,7 @@ class _Search:
     def _prior(self, own: frozenset[int]) -> float:
         return sum((group.log_odds for group in self._changed(own)), self.there)
 
-    def _alongside(self, own: frozenset[int]) -> frozenset[int]:
+    def alongside(self, own: frozenset[int]) -> frozenset[int]:
         """With what changes beside a group that did, and without shapes of one that did not."""
         changed = self._changed(own)
         names = {group.effect for group in changed}
@@ -296,11 +367,11 @@ class _Search:
             tell("what changed", 0.25 * number / _EFFORT.together)
             further = [best | form for group in self.groups for form in group.forms]
             further = [own for own in further if len(self.names(own)) <= _EFFORT.together]
-            top = max(further, key=self.score, default=best)
-            top = max([top, *self._less(top)], key=self.score)
+            top = self.top(further or [best])
+            top = self.top([top, *self._less(top)])
             if self.score(top) <= self.scored[best][1]:
                 break
-            best = self._alongside(top)
+            best = self.alongside(top)
 
     def _less(self, own: frozenset[int]) -> list[frozenset[int]]:
         """Without one of the groups that changed, or without the shapes of one; what changes beside
@@ -308,8 +379,8 @@ class _Search:
         changed = self._changed(own)
         fewer = [own.difference(group.unknowns) for group in changed]
         shared = [own.difference(group.unknowns) | set(group.sizes) for group in changed]
-        kept = [self._alongside(less) for less in (*fewer, *shared)]
-        return [less for less in dict.fromkeys(kept) if less and less != self._alongside(own)]
+        kept = [self.alongside(less) for less in (*fewer, *shared)]
+        return [less for less in dict.fromkeys(kept) if less and less != self.alongside(own)]
 
     def fewer(self, tell: Progress) -> None:
         """From all, one less after the other."""
@@ -318,10 +389,10 @@ class _Search:
             return
         while less := self._less(best):
             tell("what did not change", 0.9 - 0.4 * len(best) / len(every))
-            fewer = max(less, key=lambda own: self.score(own, best))
+            fewer = self.top(less, best)
             if self.score(fewer) < self.scored[best][1]:
                 break
-            best = self._alongside(fewer)
+            best = self.alongside(fewer)
 
     def gains(self) -> Iterator[Choice]:
         """The best choices with a gain in place of a number of the drive, and that gain alone: by
@@ -339,50 +410,59 @@ class _Search:
         places = frozenset(i for gain in gains for i in gain.unknowns)
         alone = {own & places for own in swapped}
         for own in sorted(swapped | alone, key=sorted):
-            of, wide = self.levels, self._alongside(own)
-            fit = fit_shared(of.parties, of.variants, wide, loose=own & places)
+            of, wide = self.levels, self.alongside(own)
+            least = self.least - self._prior(wide)
+            fit = fit_shared(of.parties, of.variants, wide, None, own & places, least)
             if fit is not None and not fit.ends_at_limit(own & places):
                 odds = fit.log_evidence + self._prior(wide)
                 yield Choice(self.names(wide), of, fit, odds, loose=own & places)
 
+    @property
+    def least(self) -> float:
+        """Log odds that are far below those of the best choice so far."""
+        best = max((odds for _, odds in self.scored.values()), default=-np.inf)
+        return max(best - _EFFORT.far, self.floor)
+
     def settle(self) -> None:
-        """Choices fitted again from each other's values."""
-        _settled(self.levels, self.scored)
-
-
-def _settled(levels: Levels, scored: dict[frozenset[int], tuple[Shared, float]]) -> None:
-    """Choices fitted again from each other's values, the best first: what fits well with values of
-    its own at each level may do so with one for all, and a search that stopped short of it would
-    count as a change. What a choice holds fits no better than the choice."""
-    leaders = sorted(scored, key=lambda own: -scored[own][1])[: _EFFORT.leaders]
-    least = max((odds for _, odds in scored.values()), default=0.0) - _EFFORT.room
-    for own in sorted(scored, key=len):
-        for other in leaders:
-            (fit, odds), start = scored[own], scored[other][0]
-            if not (own < other or (other < own and fit.misfit > start.misfit + 0.1)):
-                continue
-            if own < other and odds + 0.5 * (fit.misfit - start.misfit) < least:
-                continue  # not even if it fitted as well as what holds it
-            again = fit_shared(levels.parties, levels.variants, fit.separate, start.points)
-            if again is not None and again.log_evidence > fit.log_evidence:
-                scored[own] = again, odds + again.log_evidence - fit.log_evidence
+        """Choices fitted again from each other's values, the best first: what fits well with values
+        of its own at each level may do so with one for all, and a search that stopped short of it
+        would count as a change. What a choice holds fits no better than the choice."""
+        scored, levels = self.scored, self.levels
+        leaders = sorted(scored, key=lambda own: -scored[own][1])[: _EFFORT.leaders]
+        least = max((odds for _, odds in scored.values()), default=0.0) - _EFFORT.room
+        for own in sorted(scored, key=len):
+            for other in leaders:
+                (fit, odds), start = scored[own], scored[other][0]
+                if not (own < other or (other < own and fit.misfit > start.misfit + 0.1)):
+                    continue
+                if own < other and odds + 0.5 * (fit.misfit - start.misfit) < least:
+                    continue  # not even if it fitted as well as what holds it
+                fitted = partial(fit_shared, levels.parties, levels.variants, fit.separate)
+                again = fitted(start.points, least=self.least - self._prior(own))
+                if again is not None and again.log_evidence > fit.log_evidence:
+                    scored[own] = again, again.log_evidence + self._prior(own)
 
 
 def _fitted(
-    levels: Levels, places: frozenset[int], inside: Sequence[Shared], further: Sequence[Shared]
+    levels: Levels,
+    places: frozenset[int],
+    inside: Sequence[Shared],
+    further: Sequence[Shared],
+    least: float,
 ) -> Shared | None:
     """A choice holds the one inside it, so it fits at least as well. further: choices from whose
     values it is searched too."""
-    found = fit_shared(levels.parties, levels.variants, places)
+    fitted = partial(fit_shared, levels.parties, levels.variants, places, least=least)
+    found = fitted()
     for other in further:
         if found is not None and found.misfit <= other.misfit + 0.1:
             continue  # it is held by the other, and fits no better
-        again = fit_shared(levels.parties, levels.variants, places, other.points)
+        again = fitted(start=other.points)
         if again is not None and (found is None or again.log_evidence > found.log_evidence):
             found = again
     for other in inside:
         if found is None or found.misfit > other.misfit + 0.1:
-            again = fit_shared(levels.parties, levels.variants, places, other.points)
+            again = fitted(start=other.points)
             if again is not None and (found is None or again.misfit < found.misfit):
                 found = again
     return found

@@ -31,6 +31,8 @@ Ints = NDArray[np.int64]
 _STEPS = 25
 _ENOUGH = 0.01
 """Gain in misfit that ends the search."""
+_LOOKS = 4
+"""Steps after which a search asks whether it can reach what it should."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +64,8 @@ class Shared:
     """Lower and upper ones of the slots, in the same units."""
     points: tuple[Point, ...]
     misfit: float
+    """Of the readings, and of the values with what is stated of them."""
+    of_readings: float
     log_evidence: float
 
     def value(self, level: int, unknown: int) -> tuple[float, float]:
@@ -99,10 +103,12 @@ def fit_shared(
     separate: frozenset[int],
     start: Sequence[Point] | None = None,
     loose: frozenset[int] = frozenset(),
+    least: float = -np.inf,
 ) -> Shared | None:
     """The most probable values with the unknowns in `separate` free at each level; None where the
     model has no solution. start: a point for each level, else those of the levels themselves.
-    loose: numbers of drive and rig whose changes do not keep to what is stated of the number."""
+    loose: numbers of drive and rig whose changes do not keep to what is stated of the number.
+    least: the search ends early where its steps promise no log evidence as high as this."""
     first = parties[0].problem
     slots = _slots(len(parties), len(first.unknowns), separate)
     system = _System(parties, slots, loose)
@@ -118,10 +124,15 @@ def fit_shared(
     if points is None:
         return None
     value = system.objective(points, x)
-    for _ in range(_STEPS):
+    for left in range(_STEPS, 0, -1):
         step, promised = system.step(points, x)
         if promised < _ENOUGH:
             break
+        if left % _LOOKS == 0 and least > -np.inf:
+            # Steps promise less and less.
+            reached = system.log_evidence(variants, points, x, value)[0]
+            if reached + 0.5 * left * promised < least:
+                break
         moved = system.moved(points, x, step, value)
         if moved is None:
             break
@@ -129,16 +140,12 @@ def fit_shared(
         x, points, value = moved
         if gained < _ENOUGH:
             break
-    gram = system.gram(points)
-    covariance: Floats = np.linalg.inv(gram).astype(np.float64)
-    prior = system.precision[system.precision > 0]
-    log_evidence = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
-    log_evidence += 0.5 * float(np.sum(np.log(prior)))
-    log_evidence += _prior(first, variants, slots, x, covariance)
-    log_evidence += float(sum(_of_changes(first, slots, (x, covariance), loose)))
-    log_evidence += sum(party.log_noise for party in parties)
+    log_evidence, covariance = system.log_evidence(variants, points, x, value)
     bounds = system.low, system.high
-    return Shared(separate, slots, x, covariance, bounds, tuple(points), value, log_evidence)
+    of_readings = value - system.of_priors(x)
+    return Shared(
+        separate, slots, x, covariance, bounds, tuple(points), value, of_readings, log_evidence
+    )
 
 
 def _slots(levels: int, p: int, separate: frozenset[int]) -> Ints:
@@ -189,7 +196,7 @@ class _System:
     """The slots' misfit, step and second derivatives; coordinates are in units from zero."""
 
     def __init__(self, parties: Sequence[Party], slots: Ints, loose: frozenset[int]) -> None:
-        self.parties, self.slots = parties, slots
+        self.parties, self.slots, self.loose = parties, slots, loose
         first = parties[0].problem
         count = int(slots.max()) + 1
         owner = np.zeros(count, dtype=np.int64)
@@ -247,11 +254,15 @@ class _System:
 
     def objective(self, points: Sequence[Point], x: Floats) -> float:
         """Whitened misfit after the best offsets of each level, and priors."""
-        total = float(self.precision @ (x - self.mean) ** 2)
+        total = self.of_priors(x)
         for party, point in zip(self.parties, points, strict=True):
             left = party.problem.at(point).y_left
             total += float(left @ left)
         return total
+
+    def of_priors(self, x: Floats) -> float:
+        """What the priors add to the misfit."""
+        return float(self.precision @ (x - self.mean) ** 2)
 
     def _normal(self, points: Sequence[Point]) -> tuple[Floats, Floats]:
         """Second derivatives and slopes of half the misfit, without priors."""
@@ -268,6 +279,19 @@ class _System:
         gram = self._normal(points)[0] + np.diag(self.precision)
         gram[np.diag_indices_from(gram)] += 1e-6
         return gram
+
+    def log_evidence(
+        self, variants: Sequence[Variant], points: Sequence[Point], x: Floats, value: float
+    ) -> tuple[float, Floats]:
+        """By Laplace's approximation there, and the covariance of the slots. value: the misfit."""
+        gram = self.gram(points)
+        covariance: Floats = np.linalg.inv(gram).astype(np.float64)
+        first, prior = self.parties[0].problem, self.precision[self.precision > 0]
+        found = -0.5 * value - 0.5 * float(np.linalg.slogdet(gram)[1])
+        found += 0.5 * float(np.sum(np.log(prior)))
+        found += _prior(first, variants, self.slots, x, covariance)
+        found += float(sum(_of_changes(first, self.slots, (x, covariance), self.loose)))
+        return found + sum(party.log_noise for party in self.parties), covariance
 
     def step(self, points: Sequence[Point], x: Floats) -> tuple[Floats, float]:
         """The step within the bounds, and what it promises to gain."""

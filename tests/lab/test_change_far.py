@@ -1,0 +1,105 @@
+"""Property: what is not searched to its end because it is far below the best changes no answer."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cbpt
+from cbpt.lab.change import posterior
+from cbpt.lab.change.change import _searched_through
+from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.posterior import in_reach
+from cbpt.lab.change.progress import untold
+from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.model.own_terms import campaign_of
+from common.springs import Reducer, loops
+
+CASE = cbpt.Case.from_dict(
+    {
+        "torsion_spring": {"torsional_stiffness_Nm_per_rad": 2000.0},
+        "measurement": {"zero": "per_run"},
+        "uncertainty": {"contact_stiffness_rel": 0.3},
+    }
+)
+BOTH = ["backlash", "friction_hysteresis"]
+STATE = Reducer(play_rad=0.004, friction_Nm=1.5)
+STATES = STATE, replace(STATE, play_rad=0.002), replace(STATE, play_rad=0.001, friction_Nm=2.0)
+
+
+def table(state: Reducer, seed: int) -> cbpt.Readings:
+    columns = loops([state] * 2, noise_rad=5e-5, seed=seed)
+    del columns["preload_step"]
+    return cbpt.read_readings(columns, need_preload=False)
+
+
+def levels(states: tuple[Reducer, ...], effects: list[str], case: cbpt.Case = CASE) -> Levels:
+    tables = [table(state, seed) for seed, state in enumerate(states, 1)]
+    found = levels_of([campaign_of(case, t, []) for t in tables], effects)
+    assert found is not None
+    return found
+
+
+def test_a_search_without_a_chance_ends_early() -> None:
+    of = levels(STATES, BOTH)
+    whole = fit_shared(of.parties, of.variants, frozenset())
+    assert whole is not None
+    reached = fit_shared(of.parties, of.variants, frozenset(), least=whole.log_evidence - 1)
+    assert reached is not None
+    assert reached.log_evidence == pytest.approx(whole.log_evidence, rel=1e-9)
+    ended = fit_shared(of.parties, of.variants, frozenset(), least=whole.log_evidence + 1e6)
+    assert ended is not None and ended.log_evidence < whole.log_evidence - 1e-3
+
+
+def test_sets_without_a_chance_are_left() -> None:
+    bare, play, both = (levels(STATES, effects) for effects in ([], ["backlash"], BOTH))
+    assert in_reach([bare, play, both]) == [both]
+    assert in_reach([bare]) == [bare]
+    same = replace(STATE, friction_Nm=0.0, play_rad=0.0)
+    none, more = levels((same, same), []), levels((same, same), ["backlash"])
+    assert in_reach([none, more]) == [none, more]
+
+
+def test_what_is_stated_of_a_number_drops_no_set() -> None:
+    """A stiffness that is off by many of its uncertainties costs once where it is shared, and once
+    for each level where it is not: no set was left, and the model was said to have no solution."""
+    stated = cbpt.Case.from_dict(
+        {
+            "torsion_spring": {"torsional_stiffness_Nm_per_rad": 1600.0},
+            "measurement": {"zero": "per_run"},
+            "uncertainty": {"contact_stiffness_rel": 0.02},
+        }
+    )
+    same = (replace(STATE, friction_Nm=0.0, play_rad=0.0),) * 4
+    none, more = levels(same, [], stated), levels(same, ["backlash"], stated)
+    assert in_reach([none, more]) == [none, more]
+
+
+def test_several_sets_are_weighed_as_if_all_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    sets = [levels(STATES, effects) for effects in (["backlash"], [], BOTH)]
+    found = _searched_through(sets, lambda one: one, (), untold)
+    monkeypatch.setattr(posterior, "_EFFORT", replace(posterior._EFFORT, far=np.inf))
+    whole = _searched_through(sets, lambda one: one, (), untold)
+    assert found is not None and whole is not None
+    assert found.best.changed == whole.best.changed == set(BOTH)
+    assert found.best.log_odds == pytest.approx(whole.best.log_odds, abs=1e-3)
+    for group in whole.groups:
+        assert found.changed(group.effect) == pytest.approx(whole.changed(group.effect), abs=1e-3)
+
+
+def test_the_answer_is_that_of_a_search_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, after = (table(state, seed) for seed, state in enumerate(STATES[1:], 1))
+    found = cbpt.change(CASE, before, after, effects=BOTH)
+    monkeypatch.setattr(posterior, "_EFFORT", replace(posterior._EFFORT, far=np.inf))
+    whole = cbpt.change(CASE, before, after, effects=BOTH)
+    assert found.kind == whole.kind == "changed"
+    for one, other in zip(found.changed, whole.changed, strict=True):
+        assert (one.effect, one.parameter, one.direction) == (
+            other.effect,
+            other.parameter,
+            other.direction,
+        )
+        assert one.probability == pytest.approx(other.probability, abs=1e-3)
+        assert one.values == pytest.approx(other.values, rel=1e-6)
