@@ -12,8 +12,8 @@ is pooled so, and that of each kind of runs moderated by all (G. Smyth, Stat. Ap
 Biol. 3 (2004) 3). Student's t tells whether the change is more (two-sided, with the chance that
 widths of loops have, and the degrees of freedom of Welch and Satterthwaite).
 
-A level that cannot have the other's value (a play that is wider than its own small loops) needs no
-runs to show it: all of them do.
+A level that cannot by far have the other's value (a play much wider than its own small loops) needs
+no runs to show it: all of them do.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class _Pair:
     score: tuple[Floats, Floats]
     weight: tuple[Floats, Floats]
     excludes: tuple[bool, bool] = (False, False)
-    """Whether the level cannot have the value of the other one."""
+    """Whether the level cannot by far have the value of the other one."""
 
     @classmethod
     def of(cls, choice: Choice, effect: str, levels: tuple[int, int]) -> _Pair | None:

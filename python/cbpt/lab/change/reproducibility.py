@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import permutations
 
 import numpy as np
@@ -241,10 +242,10 @@ def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float
 
 
 def moves_of(choice: Choice, effect: str) -> float:
-    """By how much the fitted angles of a level move where an effect keeps one value at all levels
-    and the other numbers make up for it: root mean square in arcsec, the most of all levels.
-    Infinite where the model has no solution then, or the loops of one level exclude what another
-    one has.
+    """By how much levels differ by the change of an effect beyond what other numbers make up for:
+    of the fitted angles, against those where it keeps one value at all levels, the standard
+    deviation over levels in arcsec. Infinite where the model has no solution then, or the loops of
+    one level exclude what another one has.
 
     What a change does by itself says little: two that cancel each other, a softer joint and a
     stiffer contact, each move the angles by far more than levels differ.
@@ -252,15 +253,17 @@ def moves_of(choice: Choice, effect: str) -> float:
     levels, fit = choice.levels, choice.fit
     if any(excludes(choice, effect, *pair) for pair in permutations(range(len(fit.slots)), 2)):
         return float("inf")
-    kept = fit.separate - choice.own_places(effect)
-    without = fit_shared(levels.parties, levels.variants, kept, fit.points, choice.loose & kept)
-    if without is None:
+    kept = choice.beside(effect)
+    fitted = partial(fit_shared, levels.parties, levels.variants, kept, loose=choice.loose & kept)
+    found = [again for again in (fitted(start=fit.points), fitted()) if again is not None]
+    if not found:
         return float("inf")
-    moves = []
+    without = min(found, key=lambda again: again.misfit)
+    squares = 0.0
     for party, with_it, point in zip(levels.parties, fit.points, without.points, strict=True):
         moved = (with_it.angle_arcsec - point.angle_arcsec)[:, None]
-        moves.append(rms_arcsec(party.problem.campaign, _freely(party.problem, moved)[:, 0]))
-    return max(moves)
+        squares += rms_arcsec(party.problem.campaign, _freely(party.problem, moved)[:, 0]) ** 2
+    return float(np.sqrt(squares / (len(fit.points) - 1)))
 
 
 def with_values_of(choice: Choice, effect: str, level: int, other: int) -> Floats | None:

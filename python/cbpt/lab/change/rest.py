@@ -41,7 +41,8 @@ class Rest:
     apart_arcsec: float | None
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
-    """Of what may have changed: by how much the fitted angles of a level move with that."""
+    """Of what may have changed: by how much the fitted angles of levels differ by that beyond what
+    other numbers make up for."""
     told_from_arcsec: float
     """From which of these on a change of one effect is told: what the rests of runs with the same
     torques differ by from level to level; without such runs, the rest."""

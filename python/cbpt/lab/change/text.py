@@ -154,8 +154,8 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
     # Of one effect among several; of all together the angles have to move by more than the rest.
     least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
     size = (
-        f" A change that moves the angles by less than {angle.text(least)} (rms) cannot be "
-        "told beside that, even where the fitted numbers differ."
+        f" A change that moves the angles by less than {angle.text(least)} (rms) beyond what other "
+        "numbers make up for cannot be told beside that, even where the fitted numbers differ."
     )
     return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"
 
