@@ -148,14 +148,17 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
         return _runs(found) if found.kind == "changed" else ""
     moves = {e: angle.text(m) for e, m in found.moves_arcsec.items() if isfinite(m)}
     each = [f"{e} (moves the angles by {moves[e]}, rms)" if e in moves else e for e in found.hidden]
-    also = f" Not decided beside it: {listed(each)}." if each and found.kind == "changed" else ""
+    also = (
+        f" Not decided for this reason: {listed(each)}." if each and found.kind == "changed" else ""
+    )
     loops = _loops_differ(found, angle) if found.foremost else ""
     runs = _runs(found) if found.kind == "changed" else ""
     # Of one effect among several; of all together the angles have to move by more than the rest.
     least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
     size = (
-        f" A change that moves the angles by less than {angle.text(least)} (rms) beyond what other "
-        "numbers make up for cannot be told beside that, even where the fitted numbers differ."
+        f" Beside this rest no change can be told that moves the angles by less than "
+        f"{angle.text(least)} (rms) beyond what other numbers make up for; fitted numbers may "
+        "differ all the same."
     )
     return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"
 
