@@ -243,9 +243,9 @@ def choices_of(
     as long as one of them is shared. beside: a choice of another set of effects; stated ones far
     below it are not searched to their end.
     """
-    search = _Search(levels)
+    floor = -np.inf if beside is None else beside.log_odds - _EFFORT.far
+    search = _Search(levels, floor if levels.choices else -np.inf)
     if levels.choices:
-        search.floor = -np.inf if beside is None else beside.log_odds - _EFFORT.far
         for names in sorted(levels.choices, key=len):
             for own in search.forms_of(names):
                 search.score(own, None, search.floor)
@@ -280,15 +280,13 @@ class _Search:
     """The choices of one set of effects that were fitted so far, with their log odds, by the places
     of the unknowns that have values of their own at each level."""
 
-    def __init__(self, levels: Levels) -> None:
-        self.levels = levels
+    def __init__(self, levels: Levels, floor: float = -np.inf) -> None:
+        self.levels, self.floor = levels, floor
         self.groups = groups_of(levels)
         self.there = sum(float(np.log(THERE.get(v.effect, THERE[""]))) for v in levels.variants)
         self.scored: dict[frozenset[int], tuple[Shared, float]] = {}
         self.asked: dict[frozenset[int], float] = {}
-        """Log odds from where on each of them was searched to its end."""
-        self.floor = -np.inf
-        """Those from where on any is."""
+        """Log odds from where on each of them was searched to its end; `floor` is that of all."""
 
     def names(self, own: frozenset[int]) -> frozenset[str]:
         """What changed."""

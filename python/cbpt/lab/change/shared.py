@@ -28,11 +28,19 @@ from cbpt.lab.model.priors import VARIANTS, Variant, log_prior_of_sizes, log_siz
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_STEPS = 25
-_ENOUGH = 0.01
-"""Gain in misfit that ends the search."""
-_LOOKS = 4
-"""Steps after which a search asks whether it can reach what it should."""
+
+@dataclass(frozen=True)
+class _Effort:
+    """How far is searched."""
+
+    steps: int = 25
+    enough: float = 0.01
+    """Gain in misfit that ends the search."""
+    looks: int = 4
+    """Steps after which a search asks whether it can reach what it should."""
+
+
+_EFFORT = _Effort()
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +132,11 @@ def fit_shared(
     if points is None:
         return None
     value = system.objective(points, x)
-    for left in range(_STEPS, 0, -1):
+    for left in range(_EFFORT.steps, 0, -1):
         step, promised = system.step(points, x)
-        if promised < _ENOUGH:
+        if promised < _EFFORT.enough:
             break
-        if left % _LOOKS == 0 and least > -np.inf:
+        if left % _EFFORT.looks == 0 and least > -np.inf:
             # Steps promise less and less.
             reached = system.log_evidence(variants, points, x, value)[0]
             if reached + 0.5 * left * promised < least:
@@ -138,7 +146,7 @@ def fit_shared(
             break
         gained = value - moved[2]
         x, points, value = moved
-        if gained < _ENOUGH:
+        if gained < _EFFORT.enough:
             break
     log_evidence, covariance = system.log_evidence(variants, points, x, value)
     bounds = system.low, system.high
