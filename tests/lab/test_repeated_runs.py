@@ -115,6 +115,28 @@ def test_noise_does_not_differ_from_table_to_table() -> None:
         assert min(chances) > 1e-4, correlation
 
 
+def sizes(rng: np.random.Generator, mean: float) -> Floats:
+    return mean + 0.1 * rng.standard_normal(RUNS)
+
+
+def test_a_law_whose_size_differs_from_run_to_run_is_no_other_one() -> None:
+    """Readings tell that the tables differ, and the runs that they do so themselves."""
+    tables = [table(np.full(RUNS, 4.0)), table(np.full(RUNS, 4.0), seed=1)]
+    law, one = 50 * np.sin(9 * SHARES), [np.ones(RUNS * N)] * 2
+    rng = np.random.default_rng(5)
+
+    def left(mean: float) -> Floats:
+        return np.outer(sizes(rng, mean), law).ravel() + rng.standard_normal(RUNS * N)
+
+    alike = [differing_of(tables, [left(1.0), left(1.0)], one) for _ in range(200)]
+    of_sizes = np.array([f.p_value_of_sizes for f in alike if f is not None])
+    assert np.mean([f is not None and f.p_value < 1e-3 for f in alike]) > 0.05
+    assert np.mean(of_sizes < 0.05) == pytest.approx(0.05, abs=0.04)
+    assert np.mean(of_sizes < 0.5) == pytest.approx(0.5, abs=0.1)
+    grown = differing_of(tables, [left(1.0), left(1.6)], one)
+    assert grown is not None and grown.correlation > 0.9 and grown.p_value_of_sizes < 1e-3
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
 def test_the_differences_of_runs_bound_the_correlation_of_noise(correlation: float) -> None:
     """Whatever law is the same in every run: one bound in a hundred lies below the truth."""

@@ -37,7 +37,7 @@ class Rest:
     """The largest rest that is no noise; else 0."""
     differs_arcsec: float | None
     """By how much it differs from level to level in runs with the same torques, where it is another
-    law there: the rest of one level explains less than half of the rest of another; else None."""
+    law there, or the same one of another size; else None."""
     apart_arcsec: float | None
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
@@ -110,10 +110,12 @@ def _unseen(choice: Choice, effect: str) -> bool:
 
 
 def _other_law(differing: Differing | None) -> float | None:
-    """How much differs, where noise does not and what is left has another pattern."""
+    """How much differs, where noise does not: what is left of one level explains less than half of
+    what is left of another, or is larger than there by more than it differs from run to run."""
     if differing is None or differing.p_value >= RULES.left_chance:
         return None
-    return None if differing.correlation**2 >= 0.5 else differing.arcsec
+    other_size = differing.p_value_of_sizes < RULES.left_chance
+    return differing.arcsec if other_size or differing.correlation**2 < 0.5 else None
 
 
 def again(levels: Levels) -> list[ComesAgain | None]:

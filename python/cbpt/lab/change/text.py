@@ -328,13 +328,15 @@ def _odd_level(found: ChangeData, angle: AngleUnit) -> str:
 
 
 def _rests_differ(found: ChangeData, angle: AngleUnit) -> str:
-    """That what no effect follows is another law from level to level."""
+    """That what no effect follows is another law from level to level, or of another size."""
     if found.rests_differ_arcsec is None:
         return ""
     return (
         f" But what the fitted effects do not follow differs from {_one(found)} to {_one(found)} "
         f"by {angle.text(found.rests_differ_arcsec)} (rms) in runs with the same torques: "
-        "something that the model lacks changed, or the rig was set up otherwise. Compare the "
+        "it is another law, or of another size, and runs of one "
+        f"{_one(found)} differ by less. Something that the model lacks changed, or the rig was set "
+        "up otherwise. Compare the "
         f"residuals of the {_one(found)}s (cbpt compare), and measure one state again."
     )
 

@@ -175,6 +175,9 @@ class Differing:
     """Of what is law in one table with what is law in another; 1 where nothing is."""
     p_value: float
     """Chance that noise alone differs as much; 1 where no runs of one table repeat each other."""
+    p_value_of_sizes: float
+    """Chance that what is law in all tables has one size, by how its size differs from run to run
+    of a table; 1 where no runs of one table repeat each other."""
 
 
 def differing_of(
@@ -184,9 +187,12 @@ def differing_of(
     another's. left_arcsec, u_arcsec: of each table, shape (n,).
 
     With y_tij what is left of run i of table t at place j, y_tij = a_j + d_tj + b_ti + e_tij; the
-    correlation is var(a) / (var(a) + var(d)), by analysis of variance.
+    correlation is var(a) / (var(a) + var(d)), by analysis of variance. The sizes are those of the
+    pattern a in each run: readings of a run are one observation of its size, and not many.
     """
-    squares, weight, common, apart, chances = 0.0, 0.0, 0.0, 0.0, []
+    squares, weight, common, apart = 0.0, 0.0, 0.0, 0.0
+    chances: list[float] = []
+    of_sizes: list[float] = []
     for group in groups_of_runs(tables):
         places = sorted({place for place, _ in group})
         if len(places) < 2:
@@ -202,12 +208,14 @@ def differing_of(
             common += total * found.common
             apart += total * found.apart
             chances.append(found.p_value)
+            of_sizes.append(found.p_value_of_sizes)
     if not weight:
         return None
     return Differing(
         arcsec=float(np.sqrt(squares / weight)),
         correlation=common / (common + apart) if common + apart > 0 else 1.0,
         p_value=min(1.0, len(chances) * min(chances, default=1.0)),
+        p_value_of_sizes=min(1.0, len(of_sizes) * min(of_sizes, default=1.0)),
     )
 
 
@@ -223,6 +231,7 @@ class _Apart:
     """Of what differs from table to table beyond what differs from run to run."""
     p_value: float | None = None
     """None where no run of a table repeats another."""
+    p_value_of_sizes: float = 1.0
 
 
 def _apart(runs: Sequence[Floats], weights: Floats) -> _Apart:
@@ -250,7 +259,22 @@ def _apart(runs: Sequence[Floats], weights: Floats) -> _Apart:
         max(float(share @ centre**2) / (m - 1) - between / every, 0.0),
         max(between - within, 0.0) * tables / every,
         float(fdtrc((tables - 1) * dof, (every - tables) * dof, between / within)),
+        _of_sizes([of @ (share * centre) for of in y]),
     )
+
+
+def _of_sizes(sizes: Sequence[Floats]) -> float:
+    """Chance that the sizes of runs differ as much from table to table, by how they differ within
+    tables: a one-way analysis of variance. sizes: of each table, shape (k,)."""
+    from scipy.special import fdtrc
+
+    every = np.concatenate(sizes)
+    within = sum(float(np.sum((of - of.mean()) ** 2)) for of in sizes)
+    between = float(np.sum((every - every.mean()) ** 2)) - within
+    freedom = len(sizes) - 1, len(every) - len(sizes)
+    if not within > 0:
+        return 1.0
+    return float(fdtrc(*freedom, between / freedom[0] / (within / freedom[1])))
 
 
 def runs_alike(readings: Readings) -> list[Ints]:
