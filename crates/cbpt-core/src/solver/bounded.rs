@@ -8,7 +8,7 @@
 
 use std::convert::Infallible;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 /// A linear problem of p unknowns.
 pub trait Linear {
@@ -145,6 +145,32 @@ impl Linear for Quadratic {
 
 /// The z of the least z'Az - 2 b'z with |z| at most the radius (More 1978, section 5).
 fn within(curved: DMatrix<f64>, slope: &DVector<f64>, radius: f64) -> DVector<f64> {
+    let mut damping = 0.0;
+    for _ in 0..50 {
+        let mut damped = curved.clone();
+        for place in 0..damped.nrows() {
+            damped[(place, place)] += damping;
+        }
+        let Some(factors) = Cholesky::new(damped).filter(well_determined) else { break };
+        let z = factors.solve(slope);
+        let length = z.norm();
+        if length <= 1.01 * radius {
+            return z;
+        }
+        let Some(half) = factors.l_dirty().solve_lower_triangular(&z) else { break };
+        damping += (length / radius) * (length - radius) / (half.norm_squared() / length);
+    }
+    within_by_axes(curved, slope, radius)
+}
+
+/// Whether rounding changes a solution little.
+fn well_determined(factors: &Cholesky<f64, Dyn>) -> bool {
+    let pivots = factors.l_dirty().diagonal();
+    pivots.min().powi(2) > 1e-9 * pivots.max().powi(2)
+}
+
+/// The same where A is singular, or nearly: along its axes.
+fn within_by_axes(curved: DMatrix<f64>, slope: &DVector<f64>, radius: f64) -> DVector<f64> {
     let SymmetricEigen { eigenvectors, eigenvalues } = curved.symmetric_eigen();
     let least = 1e-12 * eigenvalues.max().max(1e-300);
     let size = eigenvalues.map(|value| value.max(least));
@@ -161,4 +187,39 @@ fn within(curved: DMatrix<f64>, slope: &DVector<f64>, radius: f64) -> DVector<f6
         z = along.zip_map(&size, |along, size| along / (size + damping));
     }
     eigenvectors * z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// B'B + shift of numbers that are spread out, p by p, and a slope.
+    fn problem(count: usize, shift: f64) -> (DMatrix<f64>, DVector<f64>) {
+        let number = |i: usize, j: usize| ((3 * i + 7 * j * j + 1) as f64).sin();
+        let b = DMatrix::from_fn(count - 1, count, number);
+        let curved = b.tr_mul(&b) + DMatrix::from_diagonal_element(count, count, shift);
+        (curved, DVector::from_fn(count, |i, _| number(i, 2)))
+    }
+
+    #[test]
+    fn factors_and_axes_lead_to_one_step() {
+        let (curved, slope) = problem(12, 0.3);
+        assert!(Cholesky::new(curved.clone()).is_some_and(|factors| well_determined(&factors)));
+        for radius in [f64::INFINITY, 10.0, 0.5, 0.01] {
+            let by_factors = within(curved.clone(), &slope, radius);
+            let by_axes = within_by_axes(curved.clone(), &slope, radius);
+            assert!((&by_factors - &by_axes).norm() < 1e-9 * by_axes.norm(), "{radius}");
+            assert!(by_factors.norm() <= 1.01 * radius);
+        }
+    }
+
+    #[test]
+    fn a_direction_that_nothing_curves_is_left_to_the_axes() {
+        let (curved, slope) = problem(6, 0.0);
+        assert!(!Cholesky::new(curved.clone()).is_some_and(|factors| well_determined(&factors)));
+        let z = within(curved.clone(), &slope, 2.0);
+        assert!((z.norm() - 2.0).abs() < 0.03);
+        let free = within(curved.clone(), &slope, f64::INFINITY);
+        assert!((&free - within_by_axes(curved, &slope, f64::INFINITY)).norm() < 1e-12 * free.norm());
+    }
 }
