@@ -171,7 +171,7 @@ def test_another_law_that_no_effect_follows_is_not_nothing(shift: float) -> None
     differ = answer.to_dict()["rests_differ_arcsec"]
     assert differ == pytest.approx(40 * abs(np.sin(shift / 2)), rel=0.4)
     assert answer.sentence.startswith("Of what the model follows nothing changed")
-    assert "Something that the model lacks changed" in answer.sentence
+    assert "something that the model lacks changed" in answer.sentence
     # Of a rig that does not come back to its state the rest does not either.
     again = cbpt.change(CASE, *tables, effects=[FRICTION, "backlash"], reproducibility_arcsec=40.0)
     assert again.kind != "changed" and again.rests_differ_arcsec is None
@@ -183,26 +183,17 @@ def twice(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
     return found | {"run": np.repeat([1, 2, 3, 4], len(BOTH_WAYS))}
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [((1, 1, 1, 1), (1.4, 1.4, 1.4, 1.4)), ((1, 0.8, 1.3, 1), (1.4, 1, 1, 1.2))],
-)
-def test_a_law_that_grew_is_not_nothing(before: list[float], after: list[float]) -> None:
-    """No effect follows it, and it is the same in the runs of a level; or as unlike as there."""
-    wave = 40 * np.sin(BOTH_WAYS / 2)
+def test_a_law_that_grew_is_not_nothing() -> None:
+    """No effect follows it, and it is the same in the runs of a level."""
+    wave = np.tile(40 * np.sin(BOTH_WAYS / 2), 4)
     tables = [
         with_more(twice(level(BOTH_WAYS, 150.0, seed=s), level(BOTH_WAYS, 150.0, seed=s + 1)), more)
-        for s, more in zip(
-            (1, 3), (np.outer(k, wave).ravel() for k in (before, after)), strict=True
-        )
+        for s, more in ((1, wave), (3, 1.4 * wave))
     ]
     answer = found(*tables)
-    if before[0] == before[1]:
-        assert answer.kind == "undecided" and answer.rests_differ_arcsec is not None
-        assert answer.rests_differ_arcsec == pytest.approx(0.4 * 40 / 2, rel=0.2)
-        assert "of another size" in answer.sentence
-    else:
-        assert answer.kind == "nothing"
+    assert answer.kind == "undecided" and answer.rests_differ_arcsec is not None
+    assert answer.rests_differ_arcsec == pytest.approx(0.4 * 40 / 2, rel=0.2)
+    assert "changed, in form or in size" in answer.sentence
 
 
 def test_more_scatter_is_no_rest() -> None:

@@ -137,6 +137,25 @@ def test_a_law_whose_size_differs_from_run_to_run_is_no_other_one() -> None:
     assert grown is not None and grown.correlation > 0.9 and grown.p_value_of_sizes < 1e-3
 
 
+def test_a_little_of_another_law_is_not_another_size() -> None:
+    """Its part along the law is a size too, and runs that agree tell it for certain."""
+    tables = [table(np.full(RUNS, 4.0)), table(np.full(RUNS, 4.0), seed=1)]
+    law, one = 40 * np.sin(9 * SHARES), [np.ones(RUNS * N)] * 2
+    rng = np.random.default_rng(6)
+    chances = []
+    for _ in range(40):
+        other = [6 * np.cos(rng.uniform(2, 12) * SHARES + rng.uniform(0, 6)) for _ in tables]
+        left = [np.tile(law + more, RUNS) + rng.standard_normal(RUNS * N) for more in other]
+        found = differing_of(tables, left, one)
+        assert found is not None and found.correlation**2 > 0.5
+        chances.append(found.p_value_of_sizes)
+    assert np.mean(np.array(chances) < 1e-3) < 0.2
+    both = [table(np.repeat([4.0, 40.0], 2), seed=s) for s in (0, 1)]
+    grew = [np.tile(k * law, 4) + rng.standard_normal(4 * N) for k in (1.0, 1.4)]
+    kinds = differing_of(both, grew, [np.ones(4 * N)] * 2)
+    assert kinds is not None and kinds.p_value_of_sizes < 1e-3
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
 def test_the_differences_of_runs_bound_the_correlation_of_noise(correlation: float) -> None:
     """Whatever law is the same in every run: one bound in a hundred lies below the truth."""

@@ -150,8 +150,8 @@ class ChangeData:
     """The level that holds something that its own fit does not follow, and another has not."""
     rests_differ_arcsec: float | None = None
     """By how much what the effects leave differs from level to level in runs with the same torques,
-    where they follow no change and it is another law there; None where they do, where it is much
-    alike, or where the rig is stated or measured not to come back to its state."""
+    where they follow no change and it is another law there, or of another size; None where they do,
+    where it is much alike, or where the rig is stated or measured not to come back to its state."""
     unlike_design: str = ""
     """What else than a change may make the levels differ by how they were measured, in words."""
     notes: tuple[str, ...] = ()

@@ -111,7 +111,7 @@ def _unseen(choice: Choice, effect: str) -> bool:
 
 def _other_law(differing: Differing | None) -> float | None:
     """How much differs, where noise does not: what is left of one level explains less than half of
-    what is left of another, or is larger than there by more than it differs from run to run."""
+    what is left of another, or it is the same law and larger by more than its runs let expect."""
     if differing is None or differing.p_value >= RULES.left_chance:
         return None
     other_size = differing.p_value_of_sizes < RULES.left_chance

@@ -334,9 +334,8 @@ def _rests_differ(found: ChangeData, angle: AngleUnit) -> str:
     return (
         f" But what the fitted effects do not follow differs from {_one(found)} to {_one(found)} "
         f"by {angle.text(found.rests_differ_arcsec)} (rms) in runs with the same torques: "
-        "it is another law, or of another size, and runs of one "
-        f"{_one(found)} differ by less. Something that the model lacks changed, or the rig was set "
-        "up otherwise. Compare the "
+        "something that the model lacks changed, in form or in size, or the rig was set up "
+        "otherwise. Compare the "
         f"residuals of the {_one(found)}s (cbpt compare), and measure one state again."
     )
 

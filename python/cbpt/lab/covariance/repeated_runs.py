@@ -7,7 +7,7 @@
     most_correlation  how much neighbours of a run can be alike by noise
     kinds_of_runs     how much runs of one kind scatter beside those of another
     Differing         what of that is not the same from table to table
-    differing_of      finds it
+    differing_of      finds it, and whether it is the same law of another size
 
 Noise differs from run to run, however slowly it moves; a law that the model lacks comes again. With
 y_ij what is left of run i at place j of k runs with the same torques,
@@ -177,7 +177,8 @@ class Differing:
     """Chance that noise alone differs as much; 1 where no runs of one table repeat each other."""
     p_value_of_sizes: float
     """Chance that what is law in all tables has one size, by how its size differs from run to run
-    of a table; 1 where no runs of one table repeat each other."""
+    of a table; 1 where no runs of one table repeat each other, or where most of what differs is of
+    another form."""
 
 
 def differing_of(
@@ -188,8 +189,11 @@ def differing_of(
 
     With y_tij what is left of run i of table t at place j, y_tij = a_j + d_tj + b_ti + e_tij; the
     correlation is var(a) / (var(a) + var(d)), by analysis of variance. The sizes are those of the
-    pattern a in each run: readings of a run are one observation of its size, and not many.
+    pattern a in each run: readings of a run are one observation of its size, and not many. What
+    several kinds of runs tell of it is combined by Fisher's method.
     """
+    from scipy.special import chdtrc
+
     squares, weight, common, apart = 0.0, 0.0, 0.0, 0.0
     chances: list[float] = []
     of_sizes: list[float] = []
@@ -215,7 +219,9 @@ def differing_of(
         arcsec=float(np.sqrt(squares / weight)),
         correlation=common / (common + apart) if common + apart > 0 else 1.0,
         p_value=min(1.0, len(chances) * min(chances, default=1.0)),
-        p_value_of_sizes=min(1.0, len(of_sizes) * min(of_sizes, default=1.0)),
+        p_value_of_sizes=float(
+            chdtrc(2 * len(of_sizes), -2 * np.sum(np.log(np.maximum(of_sizes, 1e-300))))
+        ),
     )
 
 
@@ -250,6 +256,7 @@ def _apart(runs: Sequence[Floats], weights: Floats) -> _Apart:
     centre = counts @ means / every
     within = float(np.sum(e**2 @ share)) / ((every - tables) * (m - 1))
     between = float(counts @ ((means - centre) ** 2 @ share)) / ((tables - 1) * (m - 1))
+    apart = (between - within) * (tables - 1) * (m - 1)
     if not within > 0:
         return _Apart(of_means)
     r = float(np.sum(e[:, 1:] * e[:, :-1]) / np.sum(e**2))
@@ -259,20 +266,21 @@ def _apart(runs: Sequence[Floats], weights: Floats) -> _Apart:
         max(float(share @ centre**2) / (m - 1) - between / every, 0.0),
         max(between - within, 0.0) * tables / every,
         float(fdtrc((tables - 1) * dof, (every - tables) * dof, between / within)),
-        _of_sizes([of @ (share * centre) for of in y]),
+        _of_sizes([of @ (share * centre) for of in y], float(share @ centre**2), apart),
     )
 
 
-def _of_sizes(sizes: Sequence[Floats]) -> float:
+def _of_sizes(sizes: Sequence[Floats], unit: float, apart: float) -> float:
     """Chance that the sizes of runs differ as much from table to table, by how they differ within
-    tables: a one-way analysis of variance. sizes: of each table, shape (k,)."""
+    tables: a one-way analysis of variance. sizes: of each table, shape (k,), times `unit`, the
+    square of the law. apart: the sum of squares of all that differs from table to table."""
     from scipy.special import fdtrc
 
     every = np.concatenate(sizes)
     within = sum(float(np.sum((of - of.mean()) ** 2)) for of in sizes)
     between = float(np.sum((every - every.mean()) ** 2)) - within
     freedom = len(sizes) - 1, len(every) - len(sizes)
-    if not within > 0:
+    if not within > 0 or between < 0.5 * apart * unit:
         return 1.0
     return float(fdtrc(*freedom, between / freedom[0] / (within / freedom[1])))
 
