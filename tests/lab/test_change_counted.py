@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.lab.change import reproducibility
+from cbpt.lab.change.counting import autocorrelation_time, design_effect
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.reproducibility import autocorrelation_time, counted_once, design_effect
+from cbpt.lab.change.reproducibility import counted_once
 from common.friction_loops import read_from
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt.lab.change import posterior
+from cbpt.lab.change import posterior, shared
 from cbpt.lab.change.change import _searched_through
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.posterior import in_reach
 from cbpt.lab.change.progress import untold
-from cbpt.lab.change.shared import fit_shared
+from cbpt.lab.change.shared import fit_shared, foreseen
 from cbpt.lab.model.own_terms import campaign_of
 from common.springs import Reducer, loops
 
@@ -42,7 +42,12 @@ def levels(states: tuple[Reducer, ...], effects: list[str], case: cbpt.Case = CA
     return found
 
 
-def test_a_search_without_a_chance_ends_early() -> None:
+def reached(sets: list[Levels]) -> list[Levels]:
+    return [search.levels for search in in_reach(sets)]
+
+
+def test_a_search_without_a_chance_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared, "_EFFORT", replace(shared._EFFORT, looks=1))
     of = levels(STATES, BOTH)
     whole = fit_shared(of.parties, of.variants, frozenset())
     assert whole is not None
@@ -53,13 +58,33 @@ def test_a_search_without_a_chance_ends_early() -> None:
     assert ended is not None and ended.log_evidence < whole.log_evidence - 1e-3
 
 
+def test_what_a_search_is_to_reach_is_foreseen() -> None:
+    """Where values apart differ by little, the model is linear between them: the evidence of one
+    value for all is that which a search finds. Of values far apart the order of two is."""
+    same = (STATE,) * 3
+    of = levels(same, BOTH)
+    every = frozenset(range(len(of.fits[0].unknowns)))
+    apart = fit_shared(of.parties, of.variants, every)
+    assert apart is not None
+    for separate in (frozenset[int](), frozenset({0}), every):
+        found = fit_shared(of.parties, of.variants, separate)
+        assert found is not None
+        reached = foreseen(of.parties, of.variants, separate, apart)
+        assert reached == pytest.approx(found.log_evidence, abs=0.5), separate
+    of = levels(STATES, BOTH)
+    apart = fit_shared(of.parties, of.variants, every)
+    assert apart is not None
+    one = foreseen(of.parties, of.variants, frozenset(), apart)
+    assert one < foreseen(of.parties, of.variants, every, apart) - 100
+
+
 def test_sets_without_a_chance_are_left() -> None:
     bare, play, both = (levels(STATES, effects) for effects in ([], ["backlash"], BOTH))
-    assert in_reach([bare, play, both]) == [both]
-    assert in_reach([bare]) == [bare]
+    assert reached([bare, play, both]) == [both]
+    assert reached([bare]) == [bare]
     same = replace(STATE, friction_Nm=0.0, play_rad=0.0)
     none, more = levels((same, same), []), levels((same, same), ["backlash"])
-    assert in_reach([none, more]) == [none, more]
+    assert reached([none, more]) == [none, more]
 
 
 def test_what_is_stated_of_a_number_drops_no_set() -> None:
@@ -74,7 +99,7 @@ def test_what_is_stated_of_a_number_drops_no_set() -> None:
     )
     same = (replace(STATE, friction_Nm=0.0, play_rad=0.0),) * 4
     none, more = levels(same, [], stated), levels(same, ["backlash"], stated)
-    assert in_reach([none, more]) == [none, more]
+    assert reached([none, more]) == [none, more]
 
 
 def test_several_sets_are_weighed_as_if_all_were_searched(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.change.parameters import _direction, _of_effect, changed_of
 from cbpt.lab.change.parties import levels_of
-from cbpt.lab.change.posterior import Choice, Group, Weighed, _Search, groups_of
+from cbpt.lab.change.posterior import Choice, Group, Search, Weighed, groups_of
 from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.reproducibility import moves_of
 from cbpt.lab.change.rest import Rest, rest_of
@@ -295,7 +295,7 @@ def test_a_change_moves_the_angles_by_what_no_other_one_makes_up_for() -> None:
 def test_a_choice_without_one_change_is_another_choice() -> None:
     """The angle over which friction builds up changes with a joint. A choice without it was the
     same again, and the search for fewer changes never ended."""
-    search = object.__new__(_Search)
+    search = object.__new__(Search)
     search.levels = cast(Any, SimpleNamespace(alongside=(("output_torsion", 1),)))
     search.groups = (
         Group("friction_hysteresis", (0, 1), (0,)),

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import cbpt
-from cbpt.lab.change.reproducibility import doubts_of
+from cbpt.lab.change.counting import doubts_of
 from cbpt.lab.change.rest import rest_of
 from cbpt.lab.diagnosis.unexplained import shape_of
 from cbpt.lab.model.own_loops import small_loops_of

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError, NoSolutionError, ReadingsError
 from cbpt.lab.change.answer import Change
+from cbpt.lab.change.counting import pattern_of
 from cbpt.lab.change.demanded import demanded, not_of_all, support_of
 from cbpt.lab.change.designs import note_on_rates, unlike_design
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
@@ -27,7 +28,7 @@ from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
 from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.posterior import Choice, Weighed, choices_of, in_reach, weigh
+from cbpt.lab.change.posterior import Choice, Search, Weighed, choices_of, in_reach, weigh
 from cbpt.lab.change.progress import part_of, rising, untold
 from cbpt.lab.change.record import Changed, Kind
 from cbpt.lab.change.reproducibility import (
@@ -35,7 +36,6 @@ from cbpt.lab.change.reproducibility import (
     counted_once,
     dispersed,
     dispersion_of,
-    pattern_of,
     reproducibility_of,
     with_set_ups,
 )
@@ -350,15 +350,15 @@ def _searched(
     """What may have changed, by every set of effects that may hold the best answer."""
     counted = [count(levels) for levels in candidates]
     searched = in_reach([levels for levels in counted if not levels.choices])
-    searched += [levels for levels in counted if levels.choices]
+    searched += [Search(levels, beside) for levels in counted if levels.choices]
     if not searched:
         return []
     share = 1 / len(searched)
     works = [
-        partial(choices_of, levels, part_of(tell, k * share, (k + 1) * share), beside)
-        for k, levels in enumerate(searched)
+        partial(search.choices, part_of(tell, k * share, (k + 1) * share))
+        for k, search in enumerate(searched)
     ]
-    campaign = searched[0].parties[0].problem.campaign
+    campaign = searched[0].levels.parties[0].problem.campaign
     return [choice for found in side_by_side(campaign, works) for choice in found]
 
 

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from cbpt.lab.change.counting import doubts_of
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Group, Weighed, groups_of
 from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchanged
-from cbpt.lab.change.reproducibility import doubts_of
 from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad

@@ -3,9 +3,9 @@
     Group       what changes together: the parameters of an effect, or one number
     Choice      some effects at every level, and which groups changed
     Weighed     choices with their probabilities
-    in_reach    sets of effects that may hold a choice as probable as the best
-    choices_of  all that matter of one set of effects: none, each group, and further ones while that
-                gains
+    in_reach    the sets of effects that may hold a choice as probable as the best
+    Search      of one set of effects: none, each group, and further ones while that gains
+    choices_of  all that it finds
     weigh       gives them their probabilities
 
 A choice is a set of groups that have values of their own at each level, each by its sizes alone or
@@ -24,7 +24,7 @@ import numpy as np
 
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.progress import untold
-from cbpt.lab.change.shared import Shared, fit_shared
+from cbpt.lab.change.shared import Shared, fit_shared, foreseen
 from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
 from cbpt.lab.model.priors import ODDS as THERE
@@ -63,7 +63,8 @@ class _Effort:
     """In log odds: what is that far below the best has no say."""
     far: float = 120.0
     """In log odds: what is that far below the best is not searched to its end. Ten times `room`, as
-    readings may count for less in the end: 20 times less, and it is still 6 below."""
+    readings may count for less in the end, and fits of whole sets may have stopped short of it: 20
+    times less, and it is still 6 below."""
 
 
 _EFFORT = _Effort()
@@ -116,7 +117,7 @@ class Choice:
 
     def beside(self, effect: str) -> frozenset[int]:
         """Places of what else has a value for each level where this effect keeps one."""
-        return _Search(self.levels).alongside(self.fit.separate - self.own_places(effect))
+        return Search(self.levels).alongside(self.fit.separate - self.own_places(effect))
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,58 +236,61 @@ def _forms(choice: Choice) -> Iterator[Choice]:
     yield choice
 
 
-def choices_of(
-    levels: Levels, tell: Progress = untold, beside: Choice | None = None
-) -> list[Choice]:
+def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:
     """Those that the levels state; else none, each group, and further ones while that gains; then
     all groups, and fewer while that gains: two that changed together may look no better than none
-    as long as one of them is shared. beside: a choice of another set of effects; stated ones far
-    below it are not searched to their end.
-    """
-    floor = -np.inf if beside is None else beside.log_odds - _EFFORT.far
-    search = _Search(levels, floor if levels.choices else -np.inf)
-    if levels.choices:
-        for names in sorted(levels.choices, key=len):
-            for own in search.forms_of(names):
-                search.score(own, None, search.floor)
-    elif search.score(frozenset()) > -np.inf:
-        search.more(tell)
-        search.fewer(tell)
-    tell("each choice from the best values", 0.9)
-    search.settle()
-    found = [
-        Choice(search.names(own), levels, fit, odds) for own, (fit, odds) in search.scored.items()
-    ]
-    return [*found, *search.gains()]
+    as long as one of them is shared."""
+    return Search(levels).choices(tell)
 
 
-def in_reach(sets: Sequence[Levels]) -> list[Levels]:
-    """Those of several sets of effects of which a choice may be no further below the best one than
-    what is searched to its end.
+def in_reach(sets: Sequence[Levels]) -> list[Search]:
+    """The searches of those of several sets of effects of which a choice may be as probable as the
+    best one.
 
     Each is fitted with all numbers shared and with none. No choice follows the readings better than
     the latter, what is stated of its numbers left aside, and the volume of the prior takes least
     with the former.
     """
-    if len(sets) < 2:
-        return list(sets)
-    works = [_Search(levels).ends for levels in sets]
-    ends = side_by_side(sets[0].parties[0].problem.campaign, works)
-    floor = max(max(odds) for _, *odds in ends) - _EFFORT.far
-    return [levels for levels, (most, *_) in zip(sets, ends, strict=True) if most >= floor]
+    searches = [Search(levels) for levels in sets]
+    if len(searches) < 2:
+        return searches
+    ends = side_by_side(sets[0].parties[0].problem.campaign, [one.ends for one in searches])
+    best = max(max(odds) for _, *odds in ends)
+    return [s for s, (most, *_) in zip(searches, ends, strict=True) if most >= best - _EFFORT.far]
 
 
-class _Search:
+class Search:
     """The choices of one set of effects that were fitted so far, with their log odds, by the places
     of the unknowns that have values of their own at each level."""
 
-    def __init__(self, levels: Levels, floor: float = -np.inf) -> None:
-        self.levels, self.floor = levels, floor
-        self.groups = groups_of(levels)
+    def __init__(self, levels: Levels, beside: Choice | None = None) -> None:
+        """beside: a choice of another set of effects; stated ones far below it are not searched to
+        their end."""
+        self.levels, self.groups = levels, groups_of(levels)
+        self.floor = -np.inf
+        if beside is not None and levels.choices:
+            self.floor = beside.log_odds - _EFFORT.far
         self.there = sum(float(np.log(THERE.get(v.effect, THERE[""]))) for v in levels.variants)
         self.scored: dict[frozenset[int], tuple[Shared, float]] = {}
         self.asked: dict[frozenset[int], float] = {}
         """Log odds from where on each of them was searched to its end; `floor` is that of all."""
+
+    def choices(self, tell: Progress = untold) -> list[Choice]:
+        """All that matter."""
+        if self.levels.choices:
+            for names in sorted(self.levels.choices, key=len):
+                for own in self.forms_of(names):
+                    self.score(own, None, self.floor)
+        elif self.score(frozenset()) > -np.inf:
+            self.more(tell)
+            self.fewer(tell)
+        tell("each choice from the best values", 0.9)
+        self.settle()
+        found = [
+            Choice(self.names(own), self.levels, fit, odds)
+            for own, (fit, odds) in self.scored.items()
+        ]
+        return [*found, *self.gains()]
 
     def names(self, own: frozenset[int]) -> frozenset[str]:
         """What changed."""
@@ -385,6 +389,10 @@ class _Search:
         best = every = frozenset(i for group in self.groups for i in group.unknowns)
         if self.score(best) == -np.inf:
             return
+        whole = self.alongside(best)
+        for inside in _nested(whole, self.scored):
+            if self.scored[whole][0].misfit > inside.misfit + 0.1:
+                self._from(whole, inside)
         while less := self._less(best):
             tell("what did not change", 0.9 - 0.4 * len(best) / len(every))
             fewer = self.top(less, best)
@@ -422,23 +430,36 @@ class _Search:
         return max(best - _EFFORT.far, self.floor)
 
     def settle(self) -> None:
-        """Choices fitted again from each other's values, the best first: what fits well with values
-        of its own at each level may do so with one for all, and a search that stopped short of it
-        would count as a change. What a choice holds fits no better than the choice."""
-        scored, levels = self.scored, self.levels
-        leaders = sorted(scored, key=lambda own: -scored[own][1])[: _EFFORT.leaders]
-        least = max((odds for _, odds in scored.values()), default=0.0) - _EFFORT.room
-        for own in sorted(scored, key=len):
+        """Choices fitted again from the values of the best ones, where that may gain: what fits
+        well with values of its own at each level may do so with one for all, and a search that
+        stopped short of it would count as a change. What a choice holds fits no better than the
+        choice."""
+        leaders = sorted(self.scored, key=lambda own: -self.scored[own][1])[: _EFFORT.leaders]
+        for own in sorted(self.scored, key=len):
             for other in leaders:
-                (fit, odds), start = scored[own], scored[other][0]
-                if not (own < other or (other < own and fit.misfit > start.misfit + 0.1)):
-                    continue
-                if own < other and odds + 0.5 * (fit.misfit - start.misfit) < least:
-                    continue  # not even if it fitted as well as what holds it
-                fitted = partial(fit_shared, levels.parties, levels.variants, fit.separate)
-                again = fitted(start.points, least=self.least - self._prior(own))
-                if again is not None and again.log_evidence > fit.log_evidence:
-                    scored[own] = again, again.log_evidence + self._prior(own)
+                start = self.scored[other][0]
+                if own < other:
+                    may_gain = self._is_promised(own, start)
+                else:
+                    may_gain = other < own and self.scored[own][0].misfit > start.misfit + 0.1
+                if may_gain:
+                    self._from(own, start)
+
+    def _from(self, own: frozenset[int], start: Shared) -> None:
+        """A choice from the values of another one, kept if it is more probable there."""
+        of, prior = self.levels, self._prior(own)
+        fitted = partial(fit_shared, of.parties, of.variants, own, start.points)
+        again = fitted(least=self.least - prior)
+        if again is not None and again.log_evidence + prior > self.scored[own][1]:
+            self.scored[own] = again, again.log_evidence + prior
+
+    def _is_promised(self, own: frozenset[int], start: Shared) -> bool:
+        """Whether a choice may become more probable, and not far below the best one, by a search
+        from the values of another choice. What is foreseen of values far apart may be too little.
+        """
+        of = self.levels
+        reached = foreseen(of.parties, of.variants, own, start) + self._prior(own)
+        return reached > max(self.scored[own][1] - _EFFORT.room, self.least)
 
 
 def _fitted(
