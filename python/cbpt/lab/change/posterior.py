@@ -308,7 +308,8 @@ class Search:
         where on it is searched to its end."""
         own, scored = self.alongside(own), self.scored
         if own in scored and scored[own][1] < self.asked[own] and least < self.asked[own]:
-            self._searched_on(own, scored[own][0], least)
+            self.asked[own] = least
+            self._from(own, scored[own][0], least)
         if own not in scored:
             starts = _nested(own, scored), [scored[of][0]] if of is not None else []
             found = _fitted(self.levels, own, *starts, least - self._prior(own))
@@ -317,14 +318,6 @@ class Search:
             scored[own] = found, found.log_evidence + self._prior(own)
             self.asked[own] = least
         return scored[own][1]
-
-    def _searched_on(self, own: frozenset[int], start: Shared, least: float) -> None:
-        """A choice again from where its search may have ended early."""
-        prior, of = self._prior(own), self.levels
-        again = fit_shared(of.parties, of.variants, own, start.points, least=least - prior)
-        self.asked[own] = least
-        if again is not None and again.log_evidence > start.log_evidence:
-            self.scored[own] = again, again.log_evidence + prior
 
     def top(
         self, choices: Sequence[frozenset[int]], of: frozenset[int] | None = None
@@ -392,7 +385,7 @@ class Search:
         whole = self.alongside(best)
         for inside in _nested(whole, self.scored):
             if self.scored[whole][0].misfit > inside.misfit + 0.1:
-                self._from(whole, inside)
+                self._from(whole, inside, self.least)
         while less := self._less(best):
             tell("what did not change", 0.9 - 0.4 * len(best) / len(every))
             fewer = self.top(less, best)
@@ -443,13 +436,12 @@ class Search:
                 else:
                     may_gain = other < own and self.scored[own][0].misfit > start.misfit + 0.1
                 if may_gain:
-                    self._from(own, start)
+                    self._from(own, start, self.least)
 
-    def _from(self, own: frozenset[int], start: Shared) -> None:
-        """A choice from the values of another one, kept if it is more probable there."""
+    def _from(self, own: frozenset[int], start: Shared, least: float) -> None:
+        """A choice searched again from the values of a fit, kept if it is more probable there."""
         of, prior = self.levels, self._prior(own)
-        fitted = partial(fit_shared, of.parties, of.variants, own, start.points)
-        again = fitted(least=self.least - prior)
+        again = fit_shared(of.parties, of.variants, own, start.points, least=least - prior)
         if again is not None and again.log_evidence + prior > self.scored[own][1]:
             self.scored[own] = again, again.log_evidence + prior
 
