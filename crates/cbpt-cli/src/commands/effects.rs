@@ -15,7 +15,8 @@ pub fn run(verb: &Effects) -> Result<Exit, Failure> {
         return Ok(Exit::Success);
     }
     let Some(id) = &verb.id else {
-        return deliver(verb, &Report { text: overview().text(), json: library(), table: Table::default() });
+        let text = format!("{}\n{FURTHER}\n", overview().text());
+        return deliver(verb, &Report { text, json: library(), table: Table::default() });
     };
     let Some(spec) = find(id) else {
         let near = nearest_effect(id).map(|near| format!("did you mean {near}? ")).unwrap_or_default();
@@ -34,11 +35,14 @@ fn deliver(verb: &Effects, report: &Report) -> Result<Exit, Failure> {
     Ok(Exit::Success)
 }
 
+/// What the overview leaves out, and its words.
+const FURTHER: &str = "parameter: a number of the drive; rig: an error of the instruments; effect: physics of the reducer\n\
+                       cbpt effects ID prints the equation, source and numbers of one, with their ranges";
+
 fn overview() -> Table {
-    let mut table = Table::new(["id", "class", "port", "tell-tale", "parameters"]);
+    let mut table = Table::new(["id", "class", "how readings show it"]);
     for spec in LIBRARY {
-        let names: Vec<String> = spec.parameters.iter().map(Parameter::display_name).collect();
-        let cells = [spec.id, spec.class.name(), spec.port.name(), spec.tell_tale, &names.join("\n")];
+        let cells = [spec.id, spec.class.name(), spec.tell_tale];
         table.rows.push(cells.map(|cell| json!(cell)).to_vec());
     }
     table
