@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,7 @@ def test_a_report_becomes_tables_and_paragraphs_whatever_the_terminal() -> None:
     assert "<p>Heading:</p>" in shown and ("a long sentence " * 30).strip() in shown
 
 
-def test_the_page_stands_in_a_frame_that_sees_nothing_of_the_notebook() -> None:
+def test_the_page_stands_in_a_frame_that_sees_nothing_of_the_notebook(tmp_path: Path) -> None:
     pytest.importorskip("plotly")
     names = {"run": [ATTACK] * 7, "torque_Nm": [0.0, 1, 2, 3, 2, 1, 0], "preload_N": [600.0] * 7}
     data: dict[str, Any] = names | {"elastic_angle_arcsec": [0.0, 3.1, 6.2, 9.0, 6.1, 3.0, 0.1]}
@@ -122,3 +123,5 @@ def test_the_page_stands_in_a_frame_that_sees_nothing_of_the_notebook() -> None:
     assert tags(frame) == ["iframe"] and "allow-same-origin" not in frame
     assert "height:500px" in frame and ATTACK not in shown.html
     assert shown.html.startswith("<!doctype html>") or "<html" in shown.html[:200]
+    shown.save(tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == shown.html

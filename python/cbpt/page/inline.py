@@ -6,6 +6,7 @@ inline      the page of a case, its readings and, if there is one, its diagnosis
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from html import escape
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.document import page_document
 from cbpt.page.document.source import Source
 from cbpt.page.report import report
+from cbpt.whole_files import write_whole
 
 if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
@@ -29,6 +31,10 @@ class Inline:
     html: str = field(repr=False)
     """The page as `cbpt report` writes it: one file that opens without a network."""
     height_px: int = 800
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page to a file that a browser opens. Raises `OSError` where it cannot."""
+        write_whole(path, self.html)
 
     def _repr_html_(self) -> str:
         # Scripts of the page see nothing of the notebook: the frame has an origin of its own.

@@ -8,6 +8,7 @@ page     the page of a case, its readings and, if there is one, its diagnosis
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from typing import Protocol, cast
 
@@ -21,6 +22,9 @@ class Shown(Protocol):
 
     html: str
     """The page as `cbpt report` writes it."""
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it to a file that a browser opens."""
 
     def _repr_html_(self) -> str: ...
 
