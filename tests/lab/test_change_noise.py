@@ -56,6 +56,9 @@ def test_the_rates_of_ramps_to_like_torques_are_compared() -> None:
     assert not list(note_on_rates([ramps(4, 1, 80.0), ramps(1, 3, 80.0)]))
     [note] = note_on_rates([ramps(4, 1, 80.0), ramps(1, 3, 20.0)])
     assert note.startswith("the torque changes at 1.48 to 5.92 N m/s from level to level")
+    # By a quarter too: friction that rose by some percent was told without a word on it.
+    assert list(note_on_rates([ramps(4, 1, 80.0), ramps(1, 3, 64.0)]))
+    assert not list(note_on_rates([ramps(4, 1, 80.0), ramps(1, 3, 70.0)]))
 
 
 def turned(angles: list[float]) -> Readings:

@@ -159,6 +159,8 @@ def test_what_is_left_of_both_levels_alike_says_nothing() -> None:
     tables = [with_more(level(BOTH_WAYS, 150.0, seed=s), law) for s in (1, 2)]
     answer = found(*tables)
     assert answer.kind == "nothing" and answer.odd_level is None
+    # What the law may hide is no "nothing".
+    assert answer.sentence.startswith("Of what the model follows nothing changed")
 
 
 @pytest.mark.parametrize("shift", [1.0, 3.0])

@@ -20,6 +20,9 @@ from cbpt.lab.model.spring_priors import typical_rate_Nm_per_s
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
 
+_NOTED = 1.2
+"""Factor by which rates differ that is told: a friction that depends on the rate may differ by some
+percent then, which looks like a small change."""
 _FEW_ANGLES = 4
 """Input angles up to which a law of the angle is none that the level itself shows."""
 
@@ -27,7 +30,7 @@ _FEW_ANGLES = 4
 def note_on_rates(tables: Sequence[Readings]) -> Iterator[str]:
     """What levels that were loaded at unlike rates may show beside a change."""
     slow, fast = _rates_of_like_runs(tables)
-    if fast > RATES * slow:
+    if fast > _NOTED * slow:
         yield (
             f"the torque changes at {rounded(slow)} to {rounded(fast)} N m/s from level to level "
             "in runs to the same torque: an instrument that lags, and friction or creep that "

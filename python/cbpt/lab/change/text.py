@@ -31,7 +31,8 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
     noise, within = _noise(found, angle), _within(found)
     if found.kind == "nothing":
         hidden = _hidden(found, angle)
-        return f"Nothing changed ({_sure(found.probability)}).", hidden + noise + within
+        what = "Of what the model follows nothing" if found.not_followed_arcsec else "Nothing"
+        return f"{what} changed ({_sure(found.probability)}).", hidden + noise + within
     if found.differing_loops is not None:
         head, rest = _loops_alone(found, angle, found.differing_loops)
         return head, rest + _by_itself(found, angle) + noise
