@@ -117,7 +117,8 @@ class Case:
     @property
     def torque_turns(self, /) -> str:
         """
-        Where the torque of a table with times reverses: ``where_ramps_meet``, between readings, or ``at_readings``.
+        Where the torque of a table with times reverses: ``where_ramps_meet``, between readings unless every reversal meets the
+        clock in the same place, ``between_readings`` also then, or ``at_readings``.
         """
     def with_effects(self, /, effects: "list[tuple[str, dict[str, float]]] | list[tuple[str | OwnEffect, dict[str, float]]]") -> Case:
         """
@@ -1193,7 +1194,7 @@ class Predictor:
         """
         Another one like it, for a thread of its own.
         """
-    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None, turns_at_readings: bool = False) -> Predictor: ...
+    def __new__(cls, /, drive: Drive, effects: SupportsGetItem[int, str | OwnEffect], run: NDArray[int64], time_s: NDArray[float64], torque_Nm: NDArray[float64], preload_N: NDArray[float64] | None, input_angle_rad: NDArray[float64], temperature_K: NDArray[float64] | None = None, cycle: NDArray[float64] | None = None, torque_turns: str = "where_ramps_meet") -> Predictor: ...
     def __repr__(self, /) -> str: ...
     def cold(self, /) -> None:
         """

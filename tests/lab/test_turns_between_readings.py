@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 import cbpt
 from cbpt.lab.diagnosis.diagnose import prepared
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.selection.fit_effects import predicted
+from cbpt.lab.selection.turning import with_their_turns
 
 Floats = NDArray[np.float64]
 SPRING = {
@@ -145,6 +147,72 @@ def test_a_list_of_torques_that_are_set_is_no_ramp() -> None:
     held = case_of(case | {"measurement": {"torque_turns": "at_readings"}})
     there = predicted(held, table).elastic_angle_arcsec
     assert predicted(case_of(case), table).elastic_angle_arcsec == pytest.approx(there, abs=1e-9)
+
+
+@cache
+def _alike(count: int, friction_Nm: float) -> cbpt.Readings:
+    """Loops of one length, so every turn meets the clock alike: of 50 readings a quarter of a step
+    beside one, of 51 halfway between two equal torques."""
+    fine = 40
+    ends, turns = np.array([0.0, 1.0, 3.0, 4.0]), 30.0 * np.array([0.0, 1.0, -1.0, 0.0])
+    loop = np.linspace(0.0, 4.0, fine * (count - 1) + 1)
+    run = np.repeat([1.0, 2.0], len(loop))
+    time_s = np.concatenate([15.0 * loop, 15.0 * loop + 100.0])
+    table = _table(run, time_s, np.tile(np.interp(loop, ends, turns), 2), np.zeros(len(run)))
+    friction = {"friction_torque_Nm": friction_Nm, "engagement_angle_arcsec": 70.0}
+    case = case_of(SPRING | {"effect": [FRICTION | friction]})
+    angle = predicted(case, table).elastic_angle_arcsec
+    kept = np.arange(len(run)) % len(loop) % fine == 0
+    noise = np.random.default_rng(count).normal(0, 3.0, np.count_nonzero(kept))
+    read = [np.asarray(column)[kept] for column in (run, time_s, table.torque_Nm, angle)]
+    return _table(read[0], read[1], read[2], read[3] + noise)
+
+
+@pytest.mark.parametrize("count", [50, 51])
+def test_turns_that_all_meet_the_clock_alike_are_asked_for(count: int) -> None:
+    """Before, the torque turned back at the nearest readings, and what that leaves was named."""
+    answer = cbpt.diagnose(SPRING, _alike(count, 1.34))
+    assert answer.verdict.effects == ("friction_hysteresis",) and not answer.verdict.rivals
+    assert any("Friction follows the readings better then" in note for note in answer.notes)
+    fitted = cbpt.fit(SPRING, _alike(count, 1.34), effects=["friction_hysteresis"])
+    assert fitted.case.torque_turns == "between_readings"
+    overall = cbpt.compare(fitted.case, _alike(count, 1.34)).overall
+    assert overall and overall.rmse_arcsec == pytest.approx(3.0, rel=0.2)
+
+
+def test_a_friction_that_fell_is_told_by_loops_that_meet_the_clock_alike() -> None:
+    """Before, a damper or a torque sensor had changed for certain, and friction had not."""
+    found = cbpt.change(SPRING, _alike(51, 1.34), _alike(51, 1.139))
+    (changed,) = found.changed
+    assert changed.effect == "friction_hysteresis" and not changed.rivals
+    for value, u, true in (
+        (changed.before, changed.u_before, 1.34),
+        (changed.after, changed.u_after, 1.139),
+    ):
+        assert u and value == pytest.approx(true, abs=3.3 * u)
+
+
+@pytest.mark.parametrize("turns", ["at_readings", "between_readings"])
+def test_what_the_case_says_of_the_turns_is_not_asked(turns: str) -> None:
+    case = SPRING | {"measurement": {"torque_turns": turns}}
+    (campaign,), notes = with_their_turns(
+        [campaign_of(case_of(case), _alike(50, 1.34), ())], lambda campaign: 1 / 0
+    )
+    assert campaign.torque_turns == turns and notes == [""]
+    assert bool(Assembled(campaign, ()).turns_between_readings) == (turns == "between_readings")
+
+
+def test_one_rig_has_one_logger() -> None:
+    """Where no friction says so, a table whose turns meet the clock alike is as the others are."""
+    tables = [_alike(50, 1.34), _slow(means=False)]
+    alike, logged = (campaign_of(case_of(SPRING), table, ()) for table in tables)
+
+    def turns(*campaigns: Campaign) -> list[bool]:
+        found, _ = with_their_turns(campaigns, lambda campaign: 0.0)
+        return [bool(Assembled(campaign, ()).turns_between_readings) for campaign in found]
+
+    assert turns(alike) == [False] and turns(alike, alike) == [False, False]
+    assert turns(logged, alike) == [True, True]
 
 
 def test_long_tables_keep_what_shows_their_turns() -> None:

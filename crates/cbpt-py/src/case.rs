@@ -152,7 +152,8 @@ impl Case {
         Ok(Self { case })
     }
 
-    /// Where the torque of a table with times reverses: ``where_ramps_meet``, between readings, or ``at_readings``.
+    /// Where the torque of a table with times reverses: ``where_ramps_meet``, between readings unless every reversal meets the
+    /// clock in the same place, ``between_readings`` also then, or ``at_readings``.
     #[getter]
     fn torque_turns(&self) -> &'static str {
         word_of(&TorqueTurns::WORDS, self.case.measurement.torque_turns)
@@ -330,7 +331,7 @@ fn word_of<T: PartialEq>(words: &[(&'static str, T)], choice: T) -> &'static str
 }
 
 /// The choice that a word of a field names.
-fn of_word<T: Copy>(py: Python<'_>, field: &str, words: &[(&str, T)], word: &str) -> PyResult<T> {
+pub fn of_word<T: Copy>(py: Python<'_>, field: &str, words: &[(&str, T)], word: &str) -> PyResult<T> {
     let found = words.iter().find(|(known, _)| *known == word);
     found.map(|(_, choice)| *choice).ok_or_else(|| {
         let known: Vec<&str> = words.iter().map(|(known, _)| *known).collect();

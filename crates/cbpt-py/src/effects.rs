@@ -3,11 +3,11 @@
 use std::sync::{Mutex, PoisonError};
 
 use cbpt_core::effect::{self, Scale};
-use cbpt_core::predict::{self, Columns, Effect, Number, Rows};
+use cbpt_core::predict::{self, Columns, Effect, Number, Rows, TorqueTurns};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, Floats, Integers, Table};
-use crate::case::IdOrOwn;
+use crate::case::{IdOrOwn, of_word};
 use crate::drive::Drive;
 use crate::error::invalid_input;
 use crate::own::OwnEffect;
@@ -298,7 +298,7 @@ impl Predictor {
 #[pymethods]
 impl Predictor {
     #[new]
-    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None, turns_at_readings = false))]
+    #[pyo3(signature = (drive, effects, run, time_s, torque_Nm, preload_N, input_angle_rad, temperature_K = None, cycle = None, torque_turns = "where_ramps_meet"))]
     #[expect(clippy::too_many_arguments, reason = "the columns of a table")]
     fn new(
         py: Python<'_>,
@@ -311,15 +311,15 @@ impl Predictor {
         input_angle_rad: Floats<'_>,
         temperature_K: Option<Floats<'_>>,
         cycle: Option<Floats<'_>>,
-        turns_at_readings: bool,
+        torque_turns: &str,
     ) -> PyResult<Self> {
         let column = |values: &Floats<'_>| values.view().to_vec();
         let (time, torque) = (column(&time_s), column(&torque_Nm));
         let preload = preload_N.as_ref().map(column);
         let (angle, temperature) = (column(&input_angle_rad), temperature_K.as_ref().map(column));
         let cycle = cycle.as_ref().map(column);
-        let new = if turns_at_readings { Rows::that_turn_at_readings } else { Rows::new };
-        let rows = new(Columns {
+        let turns = of_word(py, "torque_turns", &TorqueTurns::WORDS, torque_turns)?;
+        let columns = Columns {
             run: &run.view().to_vec(),
             time_s: &time,
             torque_Nm: &torque,
@@ -327,7 +327,8 @@ impl Predictor {
             input_angle_rad: &angle,
             temperature_K: temperature.as_deref(),
             cycle: cycle.as_deref(),
-        });
+        };
+        let rows = Rows::with_turns(columns, turns);
         let mut own = Vec::new();
         let mut found = Vec::new();
         for (place, effect) in effects.into_iter().enumerate() {

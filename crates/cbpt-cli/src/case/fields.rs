@@ -360,8 +360,10 @@ fn measurement() -> Section {
     let zero = "whether all runs share one zero of the angle or each run has its own";
     let between = "where a run begins as the one before it ended: whether friction goes on if both have one clock \
                    (time_s goes on), was released, or goes on whatever the clocks";
-    let turns = "where the torque of a table with time_s reverses: where the straight ramps before and after meet, between \
-                 readings that may be means, or at the readings; use at_readings for torques that were set and held";
+    let turns = "where the torque of a table with time_s reverses; where_ramps_meet: where the straight ramps before and \
+                 after meet, between readings that may be means, but at the readings if every reversal meets the clock in \
+                 the same place; between_readings: also then, for ramps that a clock logged; at_readings: for torques that \
+                 were set and held";
     let lever = "radius at which the displacement sensor measures; readings of displacement need it";
     Section {
         name: "measurement",
@@ -372,7 +374,8 @@ fn measurement() -> Section {
             Key::choice("zero", &["common", "per_run"], zero).by_default(),
             Key::quantity("lever_arm", Quantity::Length, "mm", 0.1, lever).optional(),
             Key::choice("friction_between_runs", &["by_clock", "released", "carried"], between).by_default(),
-            Key::choice("torque_turns", &["where_ramps_meet", "at_readings"], turns).by_default(),
+            Key::choice("torque_turns", &["where_ramps_meet", "between_readings", "at_readings"], turns)
+                .by_default(),
         ],
     }
 }

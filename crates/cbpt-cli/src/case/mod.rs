@@ -39,6 +39,7 @@ use std::sync::Arc;
 use cbpt_core::cost::{Cost, Rubbing};
 use cbpt_core::effect::OwnEffect;
 use cbpt_core::predict::Effect;
+pub use cbpt_core::predict::TorqueTurns;
 use cbpt_core::{Drive, Reducer};
 
 use crate::formula::Formula;
@@ -119,22 +120,6 @@ pub struct Measurement {
     pub friction_between_runs: BetweenRuns,
     /// Where the torque of a ramp turns back.
     pub torque_turns: TorqueTurns,
-}
-
-/// Where the torque of a ramp turns back that was read at times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TorqueTurns {
-    /// Where the ramps on both sides meet.
-    #[default]
-    WhereRampsMeet,
-    /// At a reading.
-    AtReadings,
-}
-
-impl TorqueTurns {
-    /// By the words of a case file.
-    pub const WORDS: [(&str, Self); 2] =
-        [("where_ramps_meet", Self::WhereRampsMeet), ("at_readings", Self::AtReadings)];
 }
 
 /// `[rating]`.

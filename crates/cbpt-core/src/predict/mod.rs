@@ -51,6 +51,7 @@ use site::{Carrier, Site};
 pub use slots::{Effect, Number, Slot};
 use spring::Spring;
 use table::Call;
+pub use turns::TorqueTurns;
 
 /// A reducer with effects on a table of readings.
 ///

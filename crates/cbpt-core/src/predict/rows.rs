@@ -16,7 +16,7 @@ use crate::effect::port::Row;
 use crate::effect::torque_rate::{Rate, rates};
 use crate::error::{InvalidInput, require, require_positive};
 
-use super::turns::{Moment, Sampling, Turn, moments, sampling, scatter_Nm, turns};
+use super::turns::{Moment, TorqueTurns, Turn, moments, sampling, scatter_Nm, turns};
 
 /// Columns of a table of readings, all of one length.
 #[derive(Debug, Clone, Copy)]
@@ -78,18 +78,14 @@ impl Rows {
     /// # Errors
     /// [`InvalidInput`] names the first column and row that cannot be, and what is required.
     pub fn new(columns: Columns<'_>) -> Result<Self, InvalidInput> {
-        Self::of(&columns, true)
+        Self::with_turns(columns, TorqueTurns::default())
     }
 
-    /// The same of torques that turned back at readings, wherever ramps through them would meet.
+    /// The same of torques that are known to turn back at readings, or between them.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn that_turn_at_readings(columns: Columns<'_>) -> Result<Self, InvalidInput> {
-        Self::of(&columns, false)
-    }
-
-    fn of(columns: &Columns<'_>, between: bool) -> Result<Self, InvalidInput> {
+    pub fn with_turns(columns: Columns<'_>, turns: TorqueTurns) -> Result<Self, InvalidInput> {
         let count = columns.run.len();
         require(count > 0, "run", "no reading", "at least one reading is needed")?;
         let same = |name: &str, length: usize| {
@@ -121,7 +117,7 @@ impl Rows {
         for (index, preload) in columns.preload_N.unwrap_or_default().iter().enumerate() {
             require_positive(format_args!("preload_N[{index}]"), *preload)?;
         }
-        Self::in_runs(columns, between)
+        Self::in_runs(&columns, turns)
     }
 
     /// Single loads, each a table of its own: one reading at time 0, loaded from rest.
@@ -154,9 +150,9 @@ impl Rows {
         }
     }
 
-    fn in_runs(columns: &Columns<'_>, between: bool) -> Result<Self, InvalidInput> {
+    fn in_runs(columns: &Columns<'_>, turns: TorqueTurns) -> Result<Self, InvalidInput> {
         let (runs, one_clock) = runs_of(columns)?;
-        let (samples, starts) = samples(columns, &runs, between);
+        let (samples, starts) = samples(columns, &runs, turns);
         let mut in_order: Vec<usize> = (0..samples.len()).collect();
         if one_clock {
             in_order.sort_by(|&a, &b| samples[a].time_s.total_cmp(&samples[b].time_s));
@@ -438,7 +434,7 @@ fn by_time(runs: &mut [Vec<usize>], time_s: &[f64]) -> bool {
 }
 
 /// What all runs did, one after the other, and where each begins and the last ends.
-fn samples(columns: &Columns<'_>, runs: &[Vec<usize>], between: bool) -> (Vec<Moment>, Vec<usize>) {
+fn samples(columns: &Columns<'_>, runs: &[Vec<usize>], of: TorqueTurns) -> (Vec<Moment>, Vec<usize>) {
     let read: Vec<[Vec<f64>; 2]> = runs
         .iter()
         .map(|run| {
@@ -448,7 +444,7 @@ fn samples(columns: &Columns<'_>, runs: &[Vec<usize>], between: bool) -> (Vec<Mo
     let scatter_Nm = scatter_Nm(&read);
     let turns: Vec<Vec<Turn>> =
         read.iter().map(|[time_s, torque_Nm]| turns(time_s, torque_Nm, scatter_Nm)).collect();
-    let sampling = if between { sampling(&turns) } else { Sampling::AtTurns };
+    let sampling = sampling(&turns, of);
     let (mut samples, mut starts) = (Vec::with_capacity(columns.run.len()), vec![0]);
     for ((run, [time_s, torque_Nm]), turns) in runs.iter().zip(&read).zip(&turns) {
         let in_run = moments(time_s, torque_Nm, turns, sampling);

@@ -9,8 +9,31 @@
 //! Torques scatter, and so does where two lines meet. So readings are at the turns of a table unless it is 20 times as probable
 //! that they are not, which leaves half of the squares or less; they are samples unless means are 20 times as probable. A turn
 //! that is off by more than three standard deviations is not added. Where all turns at the top meet the clock alike, and all at
-//! the bottom, as in a list of torques that are set again and again, nothing is added. Two equal torques at the top may be a hold, or a turn halfway between them: they
-//! are what other turns of the table are.
+//! the bottom, as in a list of torques that are set again and again, nothing is added. Two equal torques at the top may be a
+//! hold, or a turn halfway between them: they are what other turns of the table are. Where somebody says that it
+//! turned back between readings, neither keeps a turn from being one.
+
+/// Where the torque of a ramp turned back that was read at times.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum TorqueTurns {
+    /// Where the ramps on both sides meet, unless all turns meet the clock alike: in a list of torques that are set again and
+    /// again each stands where it was.
+    #[default]
+    WhereRampsMeet,
+    /// Where the ramps meet, however they meet the clock.
+    BetweenReadings,
+    /// At readings.
+    AtReadings,
+}
+
+impl TorqueTurns {
+    /// By the words of a case file.
+    pub const WORDS: [(&str, Self); 3] = [
+        ("where_ramps_meet", Self::WhereRampsMeet),
+        ("between_readings", Self::BetweenReadings),
+        ("at_readings", Self::AtReadings),
+    ];
+}
 
 /// A turn beside a reading of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,18 +206,16 @@ impl Turn {
 }
 
 /// What the readings of a table are whose runs have these turns.
-pub fn sampling(of_runs: &[Vec<Turn>]) -> Sampling {
-    let clear: Vec<&Turn> = of_runs.iter().flatten().filter(|turn| !turn.may_be_hold).collect();
+pub fn sampling(of_runs: &[Vec<Turn>], torque: TorqueTurns) -> Sampling {
+    let known = torque == TorqueTurns::BetweenReadings;
+    let clear: Vec<&Turn> = of_runs.iter().flatten().filter(|turn| known || !turn.may_be_hold).collect();
     let squares = |sampling| clear.iter().map(|turn| turn.off(sampling).min(COUNTS).powi(2)).sum::<f64>();
     let [at_turns, between, means] = [Sampling::AtTurns, Sampling::Between, Sampling::Means].map(squares);
     let clearly = |more: f64, less: f64| 0.5 * (more - less) > LEAST_ODDS.ln();
     let (found, left) =
         if clearly(between, means) { (Sampling::Means, means) } else { (Sampling::Between, between) };
-    if clearly(at_turns, left) && at_turns > 2.0 * left && meet_the_clock_anywhere(&clear) {
-        found
-    } else {
-        Sampling::AtTurns
-    }
+    let are_ramps = known || (torque == TorqueTurns::WhereRampsMeet && meet_the_clock_anywhere(&clear));
+    if are_ramps && clearly(at_turns, left) && at_turns > 2.0 * left { found } else { Sampling::AtTurns }
 }
 
 /// Whether the phases of turns at the top, and of those at the bottom, differ by more than one phase of each would scatter.
@@ -273,14 +294,14 @@ mod tests {
 
     fn of(offset_s: f64, read: impl Fn(f64) -> f64) -> (Sampling, Vec<Moment>) {
         let (time_s, torque_Nm) = sampled(offset_s, read);
-        of_columns(time_s, torque_Nm)
+        of_columns(time_s, torque_Nm, TorqueTurns::WhereRampsMeet)
     }
 
-    fn of_columns(time_s: Vec<f64>, torque_Nm: Vec<f64>) -> (Sampling, Vec<Moment>) {
+    fn of_columns(time_s: Vec<f64>, torque_Nm: Vec<f64>, torque: TorqueTurns) -> (Sampling, Vec<Moment>) {
         let runs = [[time_s, torque_Nm]];
         let [[time_s, torque_Nm]] = &runs;
         let turns = vec![turns(time_s, torque_Nm, scatter_Nm(&runs))];
-        let sampling = sampling(&turns);
+        let sampling = sampling(&turns, torque);
         (sampling, moments(time_s, torque_Nm, &turns[0], sampling))
     }
 
@@ -297,6 +318,25 @@ mod tests {
                 assert!((top.time_s - time_s).abs() < 1e-9 && (top.torque_Nm - torque_Nm).abs() < 1e-9);
             }
             assert!(moments.windows(2).all(|pair| pair[0].time_s < pair[1].time_s));
+        }
+    }
+
+    /// 50 readings of a loop from 0 over 10 and -10 N m back to 0, in every loop alike; of 51 the two at the top are alike.
+    #[test]
+    fn turns_that_meet_the_clock_alike_are_where_ramps_meet_if_somebody_says_so() {
+        for count in [50, 51] {
+            let (time_s, torque_Nm): (Vec<f64>, Vec<f64>) = (0..count)
+                .map(|i| 80.0 * f64::from(i) / f64::from(count - 1))
+                .map(|t| (t, triangle(t)))
+                .unzip();
+            let tops = |torque| {
+                let (_, moments) = of_columns(time_s.clone(), torque_Nm.clone(), torque);
+                moments.into_iter().filter(Moment::is_turn).map(|top| top.torque_Nm).collect::<Vec<f64>>()
+            };
+            let found = tops(TorqueTurns::BetweenReadings);
+            assert_eq!(found.len(), 2, "{count}");
+            assert!(found.iter().all(|top_Nm| (top_Nm.abs() - 10.0).abs() < 1e-9), "{found:?}");
+            assert!(tops(TorqueTurns::WhereRampsMeet).is_empty() && tops(TorqueTurns::AtReadings).is_empty());
         }
     }
 
@@ -327,7 +367,7 @@ mod tests {
         let list = [0.0, 2.0, 4.0, 6.0, 8.0, 9.5, 8.0, 6.0, 4.0, 2.0];
         let torque_Nm = (0..60).map(|i| if i / 10 % 2 == 0 { list[i % 10] } else { -list[i % 10] });
         let time_s = (0..60).map(|i| 4.0 * f64::from(i)).collect();
-        assert_eq!(of_columns(time_s, torque_Nm.collect()).0, Sampling::AtTurns);
+        assert_eq!(of_columns(time_s, torque_Nm.collect(), TorqueTurns::WhereRampsMeet).0, Sampling::AtTurns);
     }
 
     #[test]

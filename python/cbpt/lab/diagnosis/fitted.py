@@ -313,5 +313,5 @@ def case_with(case: Case, fitter: Fitter, found: Fit) -> Case:
     kept = [(e, numbers) for e, numbers in campaign.effects if e not in fitted]
     listed = [*kept, *((effect, numbers) for (effect, _), numbers in entries.items())]
     case = case.with_effects([(campaign.own.get(e, e), numbers) for e, numbers in listed])
-    turns = "at_readings" if campaign.turns_at_readings else "where_ramps_meet"
-    return case.with_friction_between_runs(campaign.history).with_torque_turns(turns)
+    between_runs = case.with_friction_between_runs(campaign.history)
+    return between_runs.with_torque_turns(campaign.torque_turns)

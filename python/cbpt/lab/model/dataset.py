@@ -27,6 +27,7 @@ from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
 History = Literal["by_clock", "released", "carried"]
+Turns = Literal["where_ramps_meet", "between_readings", "at_readings"]
 Mask = NDArray[np.bool_]
 
 # Known no better than this where a table states no uncertainty; found from the scatter instead.
@@ -71,8 +72,9 @@ class Campaign:
     history: History = "by_clock"
     """Whether friction goes on where a run begins as the one before it ended: if both are timed by
     one clock, at no run, or by whatever clocks."""
-    turns_at_readings: bool = False
-    """Whether the torque turns back at readings, wherever ramps through them would meet."""
+    torque_turns: Turns = "where_ramps_meet"
+    """Where the torque of a ramp turns back: where the ramps beside meet, unless all turns meet the
+    clock alike; there in any case; or at readings."""
     zero_per_run: bool = False
     """Whether every run has an offset of its own, else all share one."""
 
@@ -118,7 +120,9 @@ class Campaign:
             history=cast("History", case.friction_between_runs)
             if isinstance(case, Case)
             else "by_clock",
-            turns_at_readings=isinstance(case, Case) and case.torque_turns == "at_readings",
+            torque_turns=cast("Turns", case.torque_turns)
+            if isinstance(case, Case)
+            else "where_ramps_meet",
             priors=stated_uncertainty(case),
             curve_errors=None if between is None else Artefact("known", between),
         )

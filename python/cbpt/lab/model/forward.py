@@ -59,7 +59,7 @@ class Assembled:
             np.deg2rad(r.input_angle_deg),
             None if r.temperature_degC is None else r.temperature_degC,
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
-            campaign.turns_at_readings,
+            campaign.torque_turns,
         )
         if campaign.history == "released":
             self._predictor.start_anew()

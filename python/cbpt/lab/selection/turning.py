@@ -4,14 +4,16 @@
 
 Ramps that a logger with a clock has read meet between readings (`predict/turns.rs`). That may not
 be where the torque turned back: it was set and held, the controller rounds its corners, or somebody
-simulated from reading to reading. Where the table has such turns, friction is fitted both ways, as
-for its history (`history`).
+simulated from reading to reading. Where every turn meets the clock alike, as in loops of one length
+and in a list of torques that are set, the torques themselves do not say which it was. So where the
+ramps of a table meet between readings, friction is fitted both ways, as for its history
+(`history`), unless the case says what they did.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,55 +24,102 @@ from cbpt.lab.model.forward import Assembled
 from cbpt.lab.selection.rules import RULES
 
 
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """A campaign whose ramps meet between readings."""
+
+    between: Campaign
+    """With turns where the ramps meet."""
+    at_readings: Campaign
+    alike: bool
+    """Whether all meet the clock alike."""
+
+    @classmethod
+    def of(cls, campaign: Campaign) -> _Asked | None:
+        """None where the case says, or no ramps meet between readings."""
+        if campaign.torque_turns != "where_ramps_meet":
+            return None
+        meeting = replace(campaign, torque_turns="between_readings")
+        at_readings = replace(campaign, torque_turns="at_readings")
+        if Assembled(campaign, ()).turns_between_readings:
+            return cls(campaign, at_readings, alike=False)
+        if Assembled(meeting, ()).turns_between_readings:
+            return cls(meeting, campaign, alike=True)
+        return None
+
+    def gained(self, log_evidence: Callable[[Campaign], float]) -> float:
+        """Log evidence of turns at readings over that of turns between them."""
+        gained = log_evidence(self.at_readings) - log_evidence(self.between)
+        # Where one of both has no solution nothing is told.
+        return gained if np.isfinite(gained) else 0.0
+
+    def said(self, gained: Sequence[float], usual: float) -> tuple[Campaign, str]:
+        """The campaign with the turns that the first clear gain speaks for, else the usual ones;
+        and a note, unless all is as usual."""
+        clear = next((g for g in gained if abs(g) >= RULES.log_rival_odds), 0.0)
+        if (clear or usual) < 0:
+            return self.between, _between(self.between, self.alike and clear < 0)
+        if self.alike:
+            return self.at_readings, "" if clear else _OPEN
+        return self.at_readings, _AT_READINGS
+
+
 def with_their_turns(
     campaigns: Sequence[Campaign], log_evidence: Callable[[Campaign], float]
 ) -> tuple[list[Campaign], list[str]]:
     """Campaigns of one rig, all with turns between readings or all with turns at them, whichever is
-    more probable; a campaign whose own readings clearly say otherwise goes by these. With a note of
-    each, empty where nothing turned back between readings.
+    more probable; a campaign whose own readings clearly say otherwise goes by these. Where nothing
+    is clear they turn back at the readings, unless turns of a table meet the clock in different
+    places. With a note of each, empty where nothing turned back between readings.
 
     log_evidence: of friction, given a campaign.
     """
-    turns = [bool(Assembled(campaign, ()).turns_between_readings) for campaign in campaigns]
-    works = [
-        partial(_gained, campaign, log_evidence) if has else float
-        for campaign, has in zip(campaigns, turns, strict=True)
-    ]
+    asked = [_Asked.of(campaign) for campaign in campaigns]
+    works = [partial(one.gained, log_evidence) if one else float for one in asked]
     gained = side_by_side(campaigns[0], works)
-    together = sum(gained) >= RULES.log_rival_odds
-    found, notes = list[Campaign](), list[str]()
-    for campaign, has, own in zip(campaigns, turns, gained, strict=True):
-        clear = abs(own) >= RULES.log_rival_odds
-        at_readings = has and (own > 0 if clear else together)
-        found.append(replace(campaign, turns_at_readings=True) if at_readings else campaign)
-        notes.append(_note(campaign, at_readings) if has else "")
-    return found, notes
+    together = float(sum(gained))
+    # Where one table shows that a clock has logged it, the others of the rig were logged too.
+    logged = any(
+        one and not one.alike and own < RULES.log_rival_odds
+        for one, own in zip(asked, gained, strict=True)
+    )
+    usual = -1.0 if logged else 1.0
+    told = [
+        (campaign, "") if one is None else one.said((own, together), usual)
+        for campaign, one, own in zip(campaigns, asked, gained, strict=True)
+    ]
+    return [campaign for campaign, _ in told], [note for _, note in told]
 
 
-def _gained(campaign: Campaign, log_evidence: Callable[[Campaign], float]) -> float:
-    """Log evidence of turns at readings over that of turns between them."""
-    at_readings = replace(campaign, turns_at_readings=True)
-    gained = log_evidence(at_readings) - log_evidence(campaign)
-    # Where one of both has no solution nothing is told.
-    return gained if np.isfinite(gained) else 0.0
+_AT_READINGS = (
+    "the ramps of the torque meet between readings, but friction follows the readings better if "
+    "the torque reversed at them, as it does where each torque is set and held. The case file that "
+    'cbpt fit writes has torque_turns = "at_readings" under [measurement], so that cbpt compare '
+    "does the same"
+)
+_OPEN = (
+    "the ramps of the torque meet between readings, at each reversal in the same place, so torques "
+    "that were set look the same as ramps that a clock logged, and the readings do not tell them "
+    "apart: the model reverses at the readings. If a clock logged ramps, state torque_turns = "
+    '"between_readings" under [measurement] in the case'
+)
 
 
-def _note(campaign: Campaign, at_readings: bool) -> str:
-    if at_readings:
-        return (
-            "the ramps of the torque meet between readings, but friction follows the readings "
-            "better if the torque reversed at them, as it does where each torque is set and held. "
-            'The case file that cbpt fit writes has torque_turns = "at_readings" under '
-            "[measurement], so that cbpt compare does the same"
-        )
+def _between(campaign: Campaign, followed: bool) -> str:
     means = (
         ". The readings nearest to the reversals show that all readings are means over time, each "
         "from halfway to the reading before to halfway to the reading after"
         if Assembled(campaign, ()).readings_are_means
         else ""
     )
+    because = (
+        ". Friction follows the readings better then; the case file that cbpt fit writes has "
+        'torque_turns = "between_readings" under [measurement], so that cbpt compare does the same'
+        if followed
+        else ""
+    )
     return (
         "the torque reversed between readings: the model reverses where the straight ramps before "
-        f"and after meet{means}. If each torque was set and held instead, state torque_turns = "
-        '"at_readings" under [measurement] in the case'
+        f"and after meet{means}{because}. If each torque was set and held instead, state "
+        'torque_turns = "at_readings" under [measurement] in the case'
     )

@@ -68,7 +68,10 @@ class Models:
         c = diagnosis.competition.campaign
         self.used = np.isin(readings.line, c.readings.line)
         """Rows that were judged, shape (n,)."""
-        whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
+        whole = campaign_of(diagnosis.case, readings, ())
+        # As the readings that were judged have decided.
+        whole = replace(whole, history=c.history, torque_turns=c.torque_turns)
+        whole = c if self.used.all() else whole
         self._whole = whole
         runs = whole.rows.run_index
         judged = np.isin(runs, runs[self.used])

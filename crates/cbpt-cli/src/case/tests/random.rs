@@ -155,7 +155,7 @@ fn any_case() -> impl Strategy<Value = Case> {
     let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
     let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
     let between = [BetweenRuns::ByClock, BetweenRuns::Released, BetweenRuns::Carried];
-    let turns = [TorqueTurns::WhereRampsMeet, TorqueTurns::AtReadings];
+    let turns = TorqueTurns::WORDS.map(|(_, turns)| turns);
     let zeros =
         (any::<bool>(), proptest::sample::select(between.to_vec()), proptest::sample::select(turns.to_vec()));
     let measurement = (zeros, option::of(positive()), option::of(positive()));
