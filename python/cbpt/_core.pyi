@@ -766,7 +766,7 @@ class Misfit:
         """
         Of the unknowns at some values, logarithms where they are searched in these, shape (p,).
         """
-    def search(self, /, predictor: Predictor, start: tuple[NDArray[float64], NDArray[float64], NDArray[float64]], steps: SupportsIndex, bound: SupportsFloat | SupportsIndex) -> tuple[tuple[NDArray[float64], NDArray[float64], NDArray[float64]] | None, bool]:
+    def search(self, /, predictor: Predictor, start: tuple[NDArray[float64], NDArray[float64], NDArray[float64]], limits: tuple[SupportsIndex, SupportsFloat | SupportsIndex, bool]) -> tuple[tuple[NDArray[float64], NDArray[float64], NDArray[float64]] | None, bool]:
         """
         The most probable point, ``None`` where that is the start, and whether the search came to its end.
 
@@ -776,10 +776,9 @@ class Misfit:
             Of the readings; goes on from the solutions that it has.
         start : tuple of array
             Values, angles in arcsec, and slopes by the unknowns, as those of the point returned.
-        steps : int
-            Predictions after which it ends.
-        bound : float
-            It ends where what the last step promises stays above this misfit.
+        limits : tuple of int, float and bool
+            Predictions after which it ends; the misfit above which it ends where what the last step promises stays there;
+            whether the end is only ranked among others, and comes sooner.
 
         Raises
         ------

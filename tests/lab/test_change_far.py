@@ -11,9 +11,9 @@ import cbpt
 from cbpt.lab.change import posterior, shared
 from cbpt.lab.change.change import _searched_through
 from cbpt.lab.change.parties import Levels, levels_of
-from cbpt.lab.change.posterior import in_reach
+from cbpt.lab.change.posterior import Search, in_reach
 from cbpt.lab.change.progress import untold
-from cbpt.lab.change.shared import fit_shared, foreseen
+from cbpt.lab.change.shared import Until, fit_shared, foreseen
 from cbpt.lab.model.own_terms import campaign_of
 from common.springs import Reducer, loops
 
@@ -51,10 +51,14 @@ def test_a_search_without_a_chance_ends_early(monkeypatch: pytest.MonkeyPatch) -
     of = levels(STATES, BOTH)
     whole = fit_shared(of.parties, of.variants, frozenset())
     assert whole is not None
-    reached = fit_shared(of.parties, of.variants, frozenset(), least=whole.log_evidence - 1)
+    reached = fit_shared(
+        of.parties, of.variants, frozenset(), until=Until(least=whole.log_evidence - 1)
+    )
     assert reached is not None
     assert reached.log_evidence == pytest.approx(whole.log_evidence, rel=1e-9)
-    ended = fit_shared(of.parties, of.variants, frozenset(), least=whole.log_evidence + 1e6)
+    ended = fit_shared(
+        of.parties, of.variants, frozenset(), until=Until(least=whole.log_evidence + 1e6)
+    )
     assert ended is not None and ended.log_evidence < whole.log_evidence - 1e-3
 
 
@@ -128,3 +132,28 @@ def test_the_answer_is_that_of_a_search_to_the_end(monkeypatch: pytest.MonkeyPat
         )
         assert one.probability == pytest.approx(other.probability, abs=1e-3)
         assert one.values == pytest.approx(other.values, rel=1e-6)
+
+
+def test_what_has_a_say_is_fitted_to_its_end() -> None:
+    """All choices are ranked first, by searches that end sooner."""
+    of = levels(STATES, BOTH)
+    whole, ranked = (
+        fit_shared(of.parties, of.variants, frozenset(), until=Until(r)) for r in (False, True)
+    )
+    assert whole is not None and ranked is not None and ranked.misfit > whole.misfit + 1e-3
+    search = Search(of)
+    search.choices()
+    near = search.best - 12.0
+    last = [(own, fit) for own, (fit, odds) in search.scored.items() if odds > near]
+    assert last
+    for own, fit in last:
+        further = fit_shared(of.parties, of.variants, own, fit.points)
+        assert further is not None and further.misfit > fit.misfit - 0.05
+
+
+def test_sets_near_the_best_one_of_a_spring_are_fitted_to_their_end() -> None:
+    found = cbpt.diagnose(CASE, table(STATE, 3)).competition
+    best = max(found.log_odds.values())
+    near = [names for names, odds in found.log_odds.items() if odds > best - 20 and len(names) > 1]
+    assert len(near) > 1
+    assert all(found.fits[names].converged for names in near)

@@ -305,10 +305,9 @@ impl Misfit {
     ///     Of the readings; goes on from the solutions that it has.
     /// start : tuple of array
     ///     Values, angles in arcsec, and slopes by the unknowns, as those of the point returned.
-    /// steps : int
-    ///     Predictions after which it ends.
-    /// bound : float
-    ///     It ends where what the last step promises stays above this misfit.
+    /// limits : tuple of int, float and bool
+    ///     Predictions after which it ends; the misfit above which it ends where what the last step promises stays there;
+    ///     whether the end is only ranked among others, and comes sooner.
     ///
     /// Raises
     /// ------
@@ -322,13 +321,13 @@ impl Misfit {
         py: Python<'py>,
         predictor: &Predictor,
         start: PointArrays<'py>,
-        steps: usize,
-        bound: f64,
+        limits: (usize, f64, bool),
     ) -> PyResult<(Option<(Column<'py, f64>, Column<'py, f64>, Table<'py, f64>)>, bool)> {
         let start = point_of(&start);
+        let (steps, bound, ranked) = limits;
         let reached = predictor.locked(py, |predictor| {
             let mut watched = Watched { predictor, looked: Instant::now() };
-            search(&self.0, &mut watched, &start, Limits { steps, bound })
+            search(&self.0, &mut watched, &start, Limits { steps, bound, ranked })
         })?;
         let reached = reached.map_err(|failed| match failed {
             Failed::NotFinite => not_positive(py),

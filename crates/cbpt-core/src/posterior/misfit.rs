@@ -81,6 +81,11 @@ impl Misfit {
         Self { readings, basis: offsets.qr().q(), whitener, unknowns }
     }
 
+    /// How many readings there are.
+    pub fn readings(&self) -> usize {
+        self.readings.len()
+    }
+
     /// What is unknown.
     pub fn unknowns(&self) -> &Unknowns {
         &self.unknowns

@@ -11,6 +11,9 @@ use crate::units::ARCSEC_PER_RAD;
 /// Gain in misfit that ends the search; two units of misfit are one of log evidence. What is reported goes further, as the
 /// caller sees to (`lab/inference/closing.py`).
 const ENOUGH: f64 = 0.02;
+/// The same of ends that are only ranked. Where play, friction and curves meet the misfit has kinks, and half of all predictions
+/// go into the last half of log evidence.
+const ROUGHLY: f64 = 0.5;
 /// Share of what a step promises: one that gains less is followed by a shorter one.
 const POOR: f64 = 0.25;
 /// One that gains more may be followed by a longer one.
@@ -52,6 +55,9 @@ pub struct Limits {
     pub steps: usize,
     /// Where what the last step promises stays above this misfit.
     pub bound: f64,
+    /// Whether the end is only ranked among others: a search ends at a gain of [`ROUGHLY`] then, for a misfit of 1 a reading or
+    /// less. A larger misfit counts for as much less: its noise is larger than the one given, as who fits it will find.
+    pub ranked: bool,
 }
 
 /// Where a search has come to.
@@ -91,12 +97,14 @@ pub fn search<M: Model>(
     let mut radius = f64::INFINITY;
     let mut scale = DVector::zeros(seen.reach.len());
     for number in 0..limits.steps {
+        let of_each = (seen.misfit / misfit.readings() as f64).max(1.0);
+        let enough = if limits.ranked { ROUGHLY * of_each } else { ENOUGH };
         scale.zip_apply(&seen.reach, |scale, reach| *scale = reach.max(*scale));
         let measured = scale.map(|scale| if scale > 0.0 { scale } else { 1.0 });
         let (step, promised) = misfit.step(&seen, radius, measured).ok_or(Failed::NotFinite)?;
         let length = scale.component_mul(&step).norm();
         let whole = length < 0.99 * radius;
-        if promised < ENOUGH {
+        if promised < enough {
             return Ok(Reached { point, ended: true });
         }
         if number > 1 && whole && seen.misfit - 2.0 * promised > limits.bound {
@@ -109,7 +117,7 @@ pub fn search<M: Model>(
         let gained = there.as_ref().map_or(f64::NEG_INFINITY, |(there, _)| seen.misfit - there.misfit);
         if let Some((better, there)) = there.filter(|_| gained > 0.0) {
             (seen, point) = (better, Some(there));
-            if gained < ENOUGH && whole {
+            if gained < enough && whole {
                 return Ok(Reached { point, ended: true });
             }
         }
@@ -180,7 +188,7 @@ mod tests {
         (point.unwrap_or(start), ended, model.1 - 1)
     }
 
-    const LIMITS: Limits = Limits { steps: 40, bound: f64::INFINITY };
+    const LIMITS: Limits = Limits { steps: 40, bound: f64::INFINITY, ranked: false };
 
     #[test]
     fn a_linear_problem_takes_one_step() {
@@ -204,6 +212,25 @@ mod tests {
         let walled = |a: f64, b: f64| (a + 1.2).hypot(b - 1.0).lt(&0.5).then(|| bent(a, b)).flatten();
         let (end, ..) = reached(&misfit(f64::INFINITY), walled, [-1.2, 1.0], LIMITS);
         assert!(end.predicted[0].hypot(end.predicted[1]) < 2.2, "{end:?}");
+    }
+
+    #[test]
+    fn an_end_that_is_ranked_comes_sooner_and_beside_a_misfit_far_above_the_noise_sooner_still() {
+        let beside = |rest: f64| {
+            move |a: f64, b: f64| {
+                Some(([10.0 * (b - a * a), 1.0 - a, rest], [-20.0 * a, 10.0, -1.0, 0.0, 0.0, 0.0]))
+            }
+        };
+        let asked = |rest, ranked| {
+            let limits = Limits { ranked, ..LIMITS };
+            let (_, ended, asked) = reached(&misfit(f64::INFINITY), beside(rest), [-1.2, 1.0], limits);
+            assert!(ended);
+            asked
+        };
+        assert!(asked(0.0, true) < asked(0.0, false));
+        // A rest of 5 makes the misfit 8 a reading and more.
+        assert!(asked(5.0, true) < asked(0.0, true));
+        assert_eq!(asked(5.0, false), asked(0.0, false));
     }
 
     #[test]

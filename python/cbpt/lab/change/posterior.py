@@ -24,7 +24,7 @@ import numpy as np
 
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.progress import untold
-from cbpt.lab.change.shared import Shared, fit_shared, foreseen
+from cbpt.lab.change.shared import Shared, Until, fit_shared, foreseen
 from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
 from cbpt.lab.model.priors import ODDS as THERE
@@ -285,6 +285,7 @@ class Search:
             self.more(tell)
             self.fewer(tell)
         tell("each choice from the best values", 0.9)
+        self.finish()
         self.settle()
         found = [
             Choice(self.names(own), self.levels, fit, odds)
@@ -309,10 +310,10 @@ class Search:
         own, scored = self.alongside(own), self.scored
         if own in scored and scored[own][1] < self.asked[own] and least < self.asked[own]:
             self.asked[own] = least
-            self._from(own, scored[own][0], least)
+            self._from(own, scored[own][0], least, ranked=True)
         if own not in scored:
             starts = _nested(own, scored), [scored[of][0]] if of is not None else []
-            found = _fitted(self.levels, own, *starts, least - self._prior(own))
+            found = _fitted(self.levels, own, *starts, self._until(own, least))
             if found is None:
                 return -np.inf
             scored[own] = found, found.log_evidence + self._prior(own)
@@ -385,7 +386,7 @@ class Search:
         whole = self.alongside(best)
         for inside in _nested(whole, self.scored):
             if self.scored[whole][0].misfit > inside.misfit + 0.1:
-                self._from(whole, inside, self.least)
+                self._from(whole, inside, self.least, ranked=True)
         while less := self._less(best):
             tell("what did not change", 0.9 - 0.4 * len(best) / len(every))
             fewer = self.top(less, best)
@@ -410,17 +411,32 @@ class Search:
         alone = {own & places for own in swapped}
         for own in sorted(swapped | alone, key=sorted):
             of, wide = self.levels, self.alongside(own)
-            least = self.least - self._prior(wide)
-            fit = fit_shared(of.parties, of.variants, wide, None, own & places, least)
+            fitted = partial(fit_shared, of.parties, of.variants, wide, loose=own & places)
+            fit = fitted(until=self._until(wide, self.least))
+            if fit is not None and fit.log_evidence + self._prior(wide) > self.best - _EFFORT.room:
+                fit = fitted(start=fit.points) or fit
             if fit is not None and not fit.ends_at_limit(own & places):
                 odds = fit.log_evidence + self._prior(wide)
                 yield Choice(self.names(wide), of, fit, odds, loose=own & places)
 
     @property
+    def best(self) -> float:
+        """Log odds of the best choice so far."""
+        return max((odds for _, odds in self.scored.values()), default=-np.inf)
+
+    @property
     def least(self) -> float:
-        """Log odds that are far below those of the best choice so far."""
-        best = max((odds for _, odds in self.scored.values()), default=-np.inf)
-        return max(best - _EFFORT.far, self.floor)
+        """Log odds that are far below those."""
+        return max(self.best - _EFFORT.far, self.floor)
+
+    def finish(self) -> None:
+        """Those that have a say are fitted to their end: the others were ranked."""
+        of, near = self.levels, self.best - _EFFORT.room
+        for own, (fit, odds) in list(self.scored.items()):
+            if odds > near:
+                found = fit_shared(of.parties, of.variants, own, fit.points)
+                if found is not None and found.misfit <= fit.misfit:
+                    self.scored[own] = found, found.log_evidence + self._prior(own)
 
     def settle(self) -> None:
         """Choices fitted again from the values of the best ones, where that may gain: what fits
@@ -438,12 +454,18 @@ class Search:
                 if may_gain:
                     self._from(own, start, self.least)
 
-    def _from(self, own: frozenset[int], start: Shared, least: float) -> None:
+    def _from(self, own: frozenset[int], start: Shared, least: float, ranked: bool = False) -> None:
         """A choice searched again from the values of a fit, kept if it is more probable there."""
         of, prior = self.levels, self._prior(own)
-        again = fit_shared(of.parties, of.variants, own, start.points, least=least - prior)
+        until = Until(ranked, least - prior)
+        again = fit_shared(of.parties, of.variants, own, start.points, until=until)
         if again is not None and again.log_evidence + prior > self.scored[own][1]:
             self.scored[own] = again, again.log_evidence + prior
+
+    def _until(self, own: frozenset[int], least: float) -> Until:
+        """When the first search of a choice ends: it is to be ranked, and far below some log odds
+        no more than that."""
+        return Until(True, least - self._prior(own))
 
     def _is_promised(self, own: frozenset[int], start: Shared) -> bool:
         """Whether a choice may become more probable, and not far below the best one, by a search
@@ -459,20 +481,20 @@ def _fitted(
     places: frozenset[int],
     inside: Sequence[Shared],
     further: Sequence[Shared],
-    least: float,
+    until: Until,
 ) -> Shared | None:
     """A choice holds the one inside it, so it fits at least as well. further: choices from whose
     values it is searched too."""
-    fitted = partial(fit_shared, levels.parties, levels.variants, places, least=least)
-    found = fitted()
+    fitted = partial(fit_shared, levels.parties, levels.variants, places, until=until)
+    found, worse = fitted(), 0.6 if until.ranked else 0.1
     for other in further:
-        if found is not None and found.misfit <= other.misfit + 0.1:
+        if found is not None and found.misfit <= other.misfit + worse:
             continue  # it is held by the other, and fits no better
         again = fitted(start=other.points)
         if again is not None and (found is None or again.log_evidence > found.log_evidence):
             found = again
     for other in inside:
-        if found is None or found.misfit > other.misfit + 0.1:
+        if found is None or found.misfit > other.misfit + worse:
             again = fitted(start=other.points)
             if again is not None and (found is None or again.misfit < found.misfit):
                 found = again

@@ -37,11 +37,23 @@ class _Effort:
     steps: int = 25
     enough: float = 0.02
     """Gain in misfit that ends the search; two units of misfit are one of log odds."""
+    roughly: float = 0.5
+    """The same of fits that are only ranked."""
     looks: int = 4
     """Steps after which a search asks whether it can reach what it should."""
 
 
 _EFFORT = _Effort()
+
+
+@dataclass(frozen=True)
+class Until:
+    """When a search ends."""
+
+    ranked: bool = False
+    """Sooner, as the fit is only ranked among others."""
+    least: float = -np.inf
+    """Where its steps promise no log evidence as high as this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,12 +124,11 @@ def fit_shared(
     separate: frozenset[int],
     start: Sequence[Point] | None = None,
     loose: frozenset[int] = frozenset(),
-    least: float = -np.inf,
+    until: Until = Until(),
 ) -> Shared | None:
     """The most probable values with the unknowns in `separate` free at each level; None where the
     model has no solution. start: a point for each level, else those of the levels themselves.
-    loose: numbers of drive and rig whose changes do not keep to what is stated of the number.
-    least: the search ends early where its steps promise no log evidence as high as this."""
+    loose: numbers of drive and rig whose changes do not keep to what is stated of the number."""
     first = parties[0].problem
     slots = _slots(len(parties), len(first.unknowns), separate)
     system = _System(parties, slots, loose)
@@ -133,21 +144,22 @@ def fit_shared(
     if points is None:
         return None
     value = system.objective(points, x)
+    enough = _EFFORT.roughly if until.ranked else _EFFORT.enough
     for left in range(_EFFORT.steps, 0, -1):
         step, promised = system.step(points, x)
-        if promised < _EFFORT.enough:
+        if promised < enough:
             break
-        if left % _EFFORT.looks == 0 and least > -np.inf:
+        if left % _EFFORT.looks == 0 and until.least > -np.inf:
             # Steps promise less and less.
             reached = system.log_evidence(variants, points, x, value)[0]
-            if reached + 0.5 * left * promised < least:
+            if reached + 0.5 * left * promised < until.least:
                 break
         moved = system.moved(points, x, step, value)
         if moved is None:
             break
         gained = value - moved[2]
         x, points, value = moved
-        if gained < _EFFORT.enough:
+        if gained < enough:
             break
     log_evidence, covariance = system.log_evidence(variants, points, x, value)
     bounds = system.low, system.high

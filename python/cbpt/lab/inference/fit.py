@@ -101,6 +101,8 @@ class Fitter:
             self.stated_dof = HIDDEN_DOF
         # Play and friction of a torsion spring change the angle a lot, so a fit needs more steps.
         self.steps = 2 * _SEARCH.steps if campaign.drive.kind == "torsion_spring" else _SEARCH.steps
+        self.ranks = False
+        """Whether fits are only ranked."""
         self.functions = modulations(campaign.readings)
         loops = small_loops_of(campaign)
         self.most = {
@@ -114,6 +116,13 @@ class Fitter:
         """Another one like it, for a thread of its own."""
         other = copy(self)
         other.model = self.model.beside()
+        return other
+
+    def roughly(self) -> Fitter:
+        """The same for fits that are only ranked: their searches end sooner, and are not told to
+        have come to their end."""
+        other = copy(self)
+        other.ranks = True
         return other
 
     def with_angles(self, y_arcsec: Floats) -> Fitter:
@@ -278,7 +287,7 @@ class Fitter:
             point = point_at(self.model, values, unknowns)
         if point is None:
             return None
-        point, converged = search(problem, point, self.steps, bound)
+        point, converged = search(problem, point, self.steps, bound, self.ranks)
         reached = problem.objective(point)
         for _ in range(2 if free_noise and reached < bound else int(free_noise)):
             before = noise
@@ -294,9 +303,9 @@ class Fitter:
             problem = problem.under(noise)
             if _near(before, noise) or reached >= bound:
                 break
-            point, converged = search(problem, point, self.steps)
+            point, converged = search(problem, point, self.steps, ranked=self.ranks)
         ground = self._ground(problem, hypothesis, point)
-        found = evaluated(ground, converged, 0.0, self.stated_dof)
+        found = evaluated(ground, converged and not self.ranks, 0.0, self.stated_dof)
         if free_noise and may_depart(hypothesis, unknowns):
             found = self._with_discrepancy(found, ground)
         return replace(found, reached=reached)

@@ -125,10 +125,13 @@ class Problem:
         return self.misfit.step(self.at(point), radius, measured)
 
 
-def search(problem: Problem, point: Point, steps: int, bound: float = np.inf) -> tuple[Point, bool]:
+def search(
+    problem: Problem, point: Point, steps: int, bound: float = np.inf, ranked: bool = False
+) -> tuple[Point, bool]:
     """The most probable point, and whether the search came to its end.
 
     It ends where no step promises to gain, after so many predictions, or where what the last step
-    promises stays above `bound`.
+    promises stays above `bound`. ranked: whether the end is only ranked among others; it comes
+    sooner then.
     """
-    return problem.model.search(problem.misfit, point, steps, bound)
+    return problem.model.search(problem.misfit, point, (steps, bound, ranked))

@@ -136,9 +136,12 @@ class Assembled:
         """Prediction and the slopes of the wanted parameters."""
         return _point(values, self._predictor.predict(values, list(wanted)))
 
-    def search(self, misfit: Misfit, start: Point, steps: int, bound: float) -> tuple[Point, bool]:
-        """The most probable point from a start, and whether the search came to its end."""
-        found, ended = misfit.search(self._predictor, start.parts, steps, bound)
+    def search(
+        self, misfit: Misfit, start: Point, limits: tuple[int, float, bool]
+    ) -> tuple[Point, bool]:
+        """The most probable point from a start, and whether the search came to its end. limits: as
+        `Misfit.search` takes them."""
+        found, ended = misfit.search(self._predictor, start.parts, limits)
         return Point(*found) if found else start, ended
 
     def states(self, values: Floats) -> tuple[Floats, NDArray[np.str_]]:

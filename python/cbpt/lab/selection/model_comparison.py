@@ -45,7 +45,15 @@ from cbpt.lab.selection.linear_search import (
     views,
     with_a_part,
 )
-from cbpt.lab.selection.refits import again, fitting, follows, kind_of, modes_of, without_idle
+from cbpt.lab.selection.refits import (
+    again,
+    fitting,
+    follows,
+    kind_of,
+    modes_of,
+    ranking,
+    without_idle,
+)
 from cbpt.lab.selection.setting import (
     Names,
     Setting,
@@ -120,6 +128,12 @@ class _Contest:
         names = fit.hypothesis.effects
         if names not in self.fits or fit.log_evidence > self.fits[names].log_evidence + _TIE:
             self.fits[names] = fit
+
+    def keep_instead(self, fit: Fit | None) -> None:
+        """Keep a fit in place of the ranked one of its set, even where that one seemed better."""
+        if fit is not None:
+            self.fits.pop(fit.hypothesis.effects, None)
+            self.keep(fit)
 
     def score(self, names: Names) -> float:
         """Log of evidence times prior odds."""
@@ -430,7 +444,7 @@ class _Contest:
         Play, friction and what comes with them are each as large as the loop: from a fit that has
         taken the loop for one of them there is no way to the others. One of a pair is among those
         that follow most of the loop alone; three, and one more than the best three, are of the best
-        sets.
+        sets. All are ranked, and those near the best fitted to their end.
         """
         singles = sorted((n for n in self.fits if len(n) == 1), key=self.score, reverse=True)
         large = {effect for names in singles[: EFFORT.large] for effect in names}
@@ -441,6 +455,9 @@ class _Contest:
         self.fit_at_once(list(combinations(best, 3)))
         three = max((n for n in self.fits if len(n) == 3), key=self.score, default=())
         self.fit_at_once([(*three, one) for one in best if three and one not in three])
+        near = max(self.score(n) for n in self.fits) - EFFORT.settled_room
+        ranked = [f for n, f in self.fits.items() if not f.converged and self.score(n) > near]
+        self.crew.each((again(fit, fit.noise) for fit in ranked), self.keep_instead)
 
     def fit_at_once(self, sets: Sequence[tuple[str, ...]]) -> None:
         """Sets of effects in full, those that are ahead in a few forms, and the best in all: the
@@ -461,7 +478,7 @@ class _Contest:
     def scores_from(self, starts: Sequence[Sequence[tuple[Hypothesis, Floats]]]) -> Floats:
         """The best score of fits from each of some lists of starts."""
         scores = np.full(len(starts), -np.inf)
-        tasks = [(i, fitting(*s, self.setting.plain)) for i, of in enumerate(starts) for s in of]
+        tasks = [(i, ranking(*s, self.setting.plain)) for i, of in enumerate(starts) for s in of]
         places = iter([i for i, _ in tasks])
 
         def take(fit: Fit | None) -> None:
