@@ -180,6 +180,35 @@ def test_turns_that_all_meet_the_clock_alike_are_asked_for(count: int) -> None:
     assert overall and overall.rmse_arcsec == pytest.approx(3.0, rel=0.2)
 
 
+@pytest.mark.parametrize("clock", ["whole seconds", "none"])
+def test_readings_are_counted_where_times_are_rounded_or_missing(clock: str) -> None:
+    """Before, friction of 0.6 N m was 0.2 N m, or not named, beside effects that are not there."""
+    fine = _fine(0.6, [0, 20, -20, 20, -20, 0], 0.01)
+    assert fine.time_s is not None
+    kept = np.arange(0, len(fine), 137)
+    run, torque, angle = fine.run_index[kept], fine.torque_Nm[kept], fine.elastic_angle_arcsec[kept]
+    noise = np.random.default_rng(1).normal(0, 2.0, len(kept))
+    runs = np.asarray(run + 1.0, dtype=np.float64)
+    table = _table(runs, np.round(fine.time_s[kept]), torque, angle + noise)
+    if clock == "none":
+        table = replace(table, time_s=None)
+    answer = cbpt.diagnose(SPRING, table)
+    assert answer.verdict.effects == ("friction_hysteresis",) and not answer.verdict.rivals
+    found = answer.parameters(answer.after, "friction_hysteresis")["friction_torque_Nm"]
+    assert found["value"] == pytest.approx(0.6, abs=3.3 * found["u"])
+    assert any("reversed between readings" in note for note in answer.notes)
+
+
+def _fine(friction_Nm: float, turns: list[float], step_s: float) -> cbpt.Readings:
+    """What a fast logger reads at 1 N m/s."""
+    ends = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)))])
+    time_s = np.arange(0.0, ends[-1] + 1e-9, step_s)
+    table = _table(np.ones(len(time_s)), time_s, np.interp(time_s, ends, turns), 0 * time_s)
+    friction = {"friction_torque_Nm": friction_Nm, "engagement_angle_arcsec": 30.0}
+    case = case_of(SPRING | {"effect": [FRICTION | friction]})
+    return replace(table, elastic_angle_arcsec=predicted(case, table).elastic_angle_arcsec)
+
+
 def test_a_friction_that_fell_is_told_by_loops_that_meet_the_clock_alike() -> None:
     """Before, a damper or a torque sensor had changed for certain, and friction had not."""
     found = cbpt.change(SPRING, _alike(51, 1.34), _alike(51, 1.139))

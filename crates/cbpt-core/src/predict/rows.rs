@@ -16,7 +16,7 @@ use crate::effect::port::Row;
 use crate::effect::torque_rate::{Rate, rates};
 use crate::error::{InvalidInput, require, require_positive};
 
-use super::turns::{Moment, TorqueTurns, Turn, moments, sampling, scatter_Nm, turns};
+use super::turns::{Moment, TorqueTurns, Turn, moments, numbered, sampling, scatter_Nm, turns};
 
 /// Columns of a table of readings, all of one length.
 #[derive(Debug, Clone, Copy)]
@@ -441,17 +441,31 @@ fn samples(columns: &Columns<'_>, runs: &[Vec<usize>], of: TorqueTurns) -> (Vec<
             [columns.time_s, columns.torque_Nm].map(|column| run.iter().map(|place| column[*place]).collect())
         })
         .collect();
-    let scatter_Nm = scatter_Nm(&read);
+    let numbered = numbered(&read, of);
+    let clocked = numbered.as_ref().unwrap_or(&read);
+    let scatter_Nm = scatter_Nm(clocked);
     let turns: Vec<Vec<Turn>> =
-        read.iter().map(|[time_s, torque_Nm]| turns(time_s, torque_Nm, scatter_Nm)).collect();
+        clocked.iter().map(|[clock, torque_Nm]| turns(clock, torque_Nm, scatter_Nm)).collect();
     let sampling = sampling(&turns, of);
     let (mut samples, mut starts) = (Vec::with_capacity(columns.run.len()), vec![0]);
-    for ((run, [time_s, torque_Nm]), turns) in runs.iter().zip(&read).zip(&turns) {
-        let in_run = moments(time_s, torque_Nm, turns, sampling);
-        samples.extend(in_run.into_iter().map(|moment| Moment { reading: run[moment.reading], ..moment }));
+    for (((run, [clock, torque_Nm]), [time_s, _]), turns) in runs.iter().zip(clocked).zip(&read).zip(&turns) {
+        let by_clock = moments(clock, torque_Nm, turns, sampling);
+        samples.extend(by_clock.into_iter().map(|moment| Moment {
+            reading: run[moment.reading],
+            time_s: if numbered.is_some() { time_at(time_s, &moment) } else { moment.time_s },
+            ..moment
+        }));
         starts.push(samples.len());
     }
     (samples, starts)
+}
+
+/// Time of a moment whose clock counts the readings, s.
+fn time_at(time_s: &[f64], counted: &Moment) -> f64 {
+    let at = counted.reading;
+    let later = counted.time_s - at as f64;
+    let beside = if later < 0.0 { at.saturating_sub(1) } else { (at + 1).min(time_s.len() - 1) };
+    time_s[at] + later.abs() * (time_s[beside] - time_s[at])
 }
 
 /// [`Row::rate_share`] at all moments of a run.

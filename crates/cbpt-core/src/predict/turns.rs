@@ -11,7 +11,7 @@
 //! that is off by more than three standard deviations is not added. Where all turns at the top meet the clock alike, and all at
 //! the bottom, as in a list of torques that are set again and again, nothing is added. Two equal torques at the top may be a
 //! hold, or a turn halfway between them: they are what other turns of the table are. Where somebody says that it
-//! turned back between readings, neither keeps a turn from being one.
+//! turned back between readings, neither keeps a turn from being one. Times that are rounded are worse than the readings' numbers.
 
 /// Where the torque of a ramp turned back that was read at times.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -86,6 +86,8 @@ const LEAST_ODDS: f64 = 20.0;
 const ALIKE: f64 = 0.05;
 /// Of a step, by which lines may meet beyond halfway to the next reading.
 const BEYOND: f64 = 0.2;
+/// How much less torques must scatter about ramps by the numbers of readings than by their times.
+const STRAIGHTER: f64 = 2.0;
 /// Mean of the smallest three fifths of distances from a line, in the standard deviation of normal numbers.
 const MEAN_OF_SMALLEST: f64 = 0.3963;
 
@@ -120,6 +122,24 @@ pub fn scatter_Nm(runs: &[[Vec<f64>; 2]]) -> f64 {
     all.sort_by(f64::total_cmp);
     all.truncate((3 * all.len()).div_ceil(5));
     all.iter().sum::<f64>() / (MEAN_OF_SMALLEST * all.len().max(1) as f64)
+}
+
+/// The runs with the numbers of their readings in place of times, where these make the ramps clearly straighter: a logger that is
+/// steady is the better clock where its times are rounded, come late or are missing.
+///
+/// Without times readings are only counted where somebody says that the torque turned back between them.
+pub fn numbered(runs: &[[Vec<f64>; 2]], torque: TorqueTurns) -> Option<Vec<[Vec<f64>; 2]>> {
+    let number = |[time_s, torque_Nm]: &[Vec<f64>; 2]| {
+        [(0..time_s.len()).map(|number| number as f64).collect(), torque_Nm.clone()]
+    };
+    let found: Vec<[Vec<f64>; 2]> = runs.iter().map(number).collect();
+    let is_timed = runs.iter().any(|[time_s, _]| time_s.windows(2).any(|pair| pair[0] < pair[1]));
+    let counts = if is_timed {
+        STRAIGHTER * scatter_Nm(&found) < scatter_Nm(runs)
+    } else {
+        torque == TorqueTurns::BetweenReadings
+    };
+    counts.then_some(found)
 }
 
 /// Turns beside the readings of a run, given by its times (s) and torques (N m), and the scatter of these.
@@ -337,6 +357,27 @@ mod tests {
             assert_eq!(found.len(), 2, "{count}");
             assert!(found.iter().all(|top_Nm| (top_Nm.abs() - 10.0).abs() < 1e-9), "{found:?}");
             assert!(tops(TorqueTurns::WhereRampsMeet).is_empty() && tops(TorqueTurns::AtReadings).is_empty());
+        }
+    }
+
+    /// Times in whole seconds of readings 1.37 s apart, and no times at all.
+    #[test]
+    fn readings_are_counted_where_that_is_the_better_clock() {
+        let read = |i: u32| 1.37 * f64::from(i);
+        let torque_Nm: Vec<f64> = (0..120).map(|i| triangle(read(i))).collect();
+        let by = |clock: &dyn Fn(f64) -> f64, torque| {
+            numbered(&[[(0..120).map(|i| clock(read(i))).collect(), torque_Nm.clone()]], torque)
+        };
+        let [usual, said] = [TorqueTurns::WhereRampsMeet, TorqueTurns::BetweenReadings];
+        assert!(by(&|time_s| time_s, said).is_none() && by(&|_| 0.0, usual).is_none());
+        for clock in [by(&f64::round, usual), by(&|_| 0.0, said)] {
+            let found = clock.unwrap_or_default();
+            assert_eq!(found.len(), 1);
+            let [number, torque_Nm] = &found[0];
+            let (_, moments) = of_columns(number.clone(), torque_Nm.clone(), TorqueTurns::BetweenReadings);
+            let tops: Vec<f64> = moments.iter().filter(|m| m.is_turn()).map(|m| m.torque_Nm).collect();
+            assert_eq!(tops.len(), 4);
+            assert!(tops.iter().all(|top_Nm| (top_Nm.abs() - 10.0).abs() < 1e-9), "{tops:?}");
         }
     }
 
