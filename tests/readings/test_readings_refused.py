@@ -117,6 +117,14 @@ def test_every_mistake_is_told(write: Write) -> None:
     assert "the same on line" in str(error) and "5" in str(error)
 
 
+def test_a_time_twice_comes_with_its_remedy(write: Write) -> None:
+    whole = "".join(f"1,{i // 2},{i},600,3,0.3\n" for i in range(4))
+    assert "finer steps, or leave the column out" in str(refused(write(HEAD + whole)))
+    anew = "".join(f"{i % 3},{i},600,3\n" for i in range(6))
+    told = str(refused(write("time_s,torque_Nm,preload_N,elastic_angle_arcsec\n" + anew)))
+    assert "add a run column if the clock starts anew" in told
+
+
 def test_many_mistakes_are_counted(write: Write) -> None:
     rows = "".join(f"1,{i // 2},1,600,3,0.3\n" for i in range(30))
     error = refused(write(HEAD + rows))

@@ -560,12 +560,16 @@ class _Reader:
         by_time = np.lexsort((time, index))  # the same, each in order of time
         line, t, run = readings.line[by_time], time[by_time], index[by_time]
         same = np.flatnonzero((t[1:] == t[:-1]) & (run[1:] == run[:-1]))
+        moved = readings.line[rows[rows != by_time]]
+        starts_anew = len(moved) and not has_runs
+        remedy = "give times in finer steps, or leave the column out"
+        if starts_anew:
+            remedy = "add a run column if the clock starts anew for each loop"
         for k in same[: ReadingsError.MOST].tolist():
             twice = f"{t[k]:g} s twice in run {readings.run[by_time[k]]}"
-            lines = sorted(line[k : k + 2].tolist())
-            self.wrong("time_s", twice, "a different time for each reading of a run", lines=lines)
-        moved = readings.line[rows[rows != by_time]]
-        if len(moved) and not has_runs:
+            expected = "a different time for each reading of a run"
+            self.wrong("time_s", twice, expected, remedy, sorted(line[k : k + 2].tolist()))
+        if starts_anew:
             # A clock that starts anew for each loop looks just so: sorting would mix the loops.
             late = rows[1:][np.diff(time[rows]) < 0][0]
             remedy = "add a run column, or sort the rows by time if they are one run"
