@@ -55,7 +55,7 @@ pub struct Limits {
     pub steps: usize,
     /// Where what the last step promises stays above this misfit.
     pub bound: f64,
-    /// Whether the end is only ranked among others: a search ends at a gain of [`ROUGHLY`] then, for a misfit of 1 a reading or
+    /// Whether the end is only ranked among others: a search then ends at a gain of 0.5, for a misfit of 1 a reading or
     /// less. A larger misfit counts for as much less: its noise is larger than the one given, as who fits it will find.
     pub ranked: bool,
 }
