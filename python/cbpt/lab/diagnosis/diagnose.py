@@ -322,10 +322,7 @@ def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:
 def _beside_turns(campaign: Campaign) -> NDArray[np.bool_]:
     """Readings of the ramps on both sides of turns between readings, which only they show."""
     order, near = campaign.rows.order, np.zeros(len(campaign), dtype=bool)
-    asked = campaign  # whether they are there is asked later, of what is kept
-    if campaign.torque_turns == "where_ramps_meet":
-        asked = replace(campaign, torque_turns="between_readings")
-    turns = np.isin(order, Assembled(asked, ()).turns_between_readings)
+    turns = np.isin(order, Assembled(campaign, ()).turns_between_readings)
     for place in np.flatnonzero(turns):
         near[order[max(place - _OF_A_TURN, 0) : place + _OF_A_TURN + 1]] = True
     return near

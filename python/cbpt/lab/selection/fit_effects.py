@@ -163,25 +163,22 @@ def fits_of_forms(
 def _fits(
     fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]
 ) -> dict[tuple[Variant, ...], Fit]:
-    """In each choice of one form an effect, from promising starts, to be ranked. The best ones to
-    their end, and also from where each effect ends by itself, and from where choices end that they
-    contain: more effects and more numbers hardly ever follow the readings worse."""
+    """In each choice of one form an effect, from promising starts. The best ones also from where
+    each effect ends by itself, and from where choices end that they contain: more effects and more
+    numbers hardly ever follow the readings worse."""
     found: dict[tuple[Variant, ...], Fit] = {}
     plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
     for variants in product(*forms):
         starts = [(start, plain) for start in _starts(fitter, null, variants)]
-        _keep_best(fitter.roughly(), variants, starts, found)
+        _keep_best(fitter, variants, starts, found)
     alone = [_fits(fitter, null, [of_one]) for of_one in forms] if len(forms) > 1 else []
     smaller = [max(a.values(), key=lambda fit: fit.log_evidence) for a in alone if a]
     leaders = sorted(found, key=lambda v: -found[v].log_evidence)[:_LEADERS]
     # Forms of few numbers first: those of more contain them.
     for variants in sorted(leaders, key=lambda chosen: sum(len(v.sizes) for v in chosen)):
         inside = [fit for others, fit in found.items() if _contains(variants, others)]
-        ranked = found.pop(variants)
-        begun = ranked, *smaller, *inside
-        starts = [(_start_from(fitter, variants, fit), fit.noise) for fit in begun]
+        starts = [(_start_from(fitter, variants, f), f.noise) for f in (*smaller, *inside)]
         _keep_best(fitter, variants, starts, found)
-        found.setdefault(variants, ranked)
     return found
 
 

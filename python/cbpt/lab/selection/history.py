@@ -71,7 +71,9 @@ def with_their_history(
     and are then not to differ from the others by it; but for those whose readings tell another one:
     each begins after a past of its own. Where their torques turned back is asked first.
     """
-    campaigns, of_turns = with_their_turns(campaigns, partial(_log_evidence, named=named))
+    campaigns, of_turns = with_their_turns(
+        campaigns, partial(_log_evidence, named=named), named is None or _FRICTION in named
+    )
     known = [_histories(campaign, named) for campaign in campaigns]
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]

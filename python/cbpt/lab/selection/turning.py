@@ -35,15 +35,16 @@ class _Asked:
     """Whether all meet the clock alike."""
 
     @classmethod
-    def of(cls, campaign: Campaign) -> _Asked | None:
-        """None where the case says, or no ramps meet between readings."""
+    def of(cls, campaign: Campaign, friction: bool) -> _Asked | None:
+        """None where the case says, or no ramps meet between readings; or all in the same place,
+        and friction, which would tell, is not fitted."""
         if campaign.torque_turns != "where_ramps_meet":
             return None
         meeting = replace(campaign, torque_turns="between_readings")
         at_readings = replace(campaign, torque_turns="at_readings")
         if Assembled(campaign, ()).turns_between_readings:
             return cls(campaign, at_readings, alike=False)
-        if Assembled(meeting, ()).turns_between_readings:
+        if friction and Assembled(meeting, ()).turns_between_readings:
             return cls(meeting, campaign, alike=True)
         return None
 
@@ -65,7 +66,9 @@ class _Asked:
 
 
 def with_their_turns(
-    campaigns: Sequence[Campaign], log_evidence: Callable[[Campaign], float]
+    campaigns: Sequence[Campaign],
+    log_evidence: Callable[[Campaign], float],
+    friction: bool = True,
 ) -> tuple[list[Campaign], list[str]]:
     """Campaigns of one rig, all with turns between readings or all with turns at them, whichever is
     more probable; a campaign whose own readings clearly say otherwise goes by these. Where nothing
@@ -73,8 +76,9 @@ def with_their_turns(
     places. With a note of each, empty where nothing turned back between readings.
 
     log_evidence: of friction, given a campaign.
+    friction: whether it is among what is fitted.
     """
-    asked = [_Asked.of(campaign) for campaign in campaigns]
+    asked = [_Asked.of(campaign, friction) for campaign in campaigns]
     works = [partial(one.gained, log_evidence) if one else float for one in asked]
     gained = side_by_side(campaigns[0], works)
     together = float(sum(gained))

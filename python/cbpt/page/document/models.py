@@ -68,10 +68,7 @@ class Models:
         c = diagnosis.competition.campaign
         self.used = np.isin(readings.line, c.readings.line)
         """Rows that were judged, shape (n,)."""
-        whole = campaign_of(diagnosis.case, readings, ())
-        # As the readings that were judged have decided.
-        whole = replace(whole, history=c.history, torque_turns=c.torque_turns)
-        whole = c if self.used.all() else whole
+        whole = c if self.used.all() else campaign_of(diagnosis.case, readings, ())
         self._whole = whole
         runs = whole.rows.run_index
         judged = np.isin(runs, runs[self.used])
