@@ -361,9 +361,9 @@ fn measurement() -> Section {
     let between = "where a run begins as the one before it ended: whether friction goes on if both have one clock \
                    (time_s goes on), was released, or goes on whatever the clocks";
     let turns = "where the torque of a table with time_s reverses; where_ramps_meet: where the straight ramps before and \
-                 after meet, between readings that may be means, but at the readings if every reversal meets the clock in \
-                 the same place; between_readings: also then, for ramps that a clock logged; at_readings: for torques that \
-                 were set and held";
+                 after meet, between readings that may be means, but at the readings if every reversal falls at the same \
+                 share of the time between two readings; between_readings: there even then, for ramps that a clock logged; \
+                 at_readings: for torques that were set and held";
     let lever = "radius at which the displacement sensor measures; readings of displacement need it";
     Section {
         name: "measurement",

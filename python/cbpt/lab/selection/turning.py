@@ -102,10 +102,10 @@ _AT_READINGS = (
     "does the same"
 )
 _OPEN = (
-    "the ramps of the torque meet between readings, at each reversal in the same place, so torques "
-    "that were set look the same as ramps that a clock logged, and the readings do not tell them "
-    "apart: the model reverses at the readings. If a clock logged ramps, state torque_turns = "
-    '"between_readings" under [measurement] in the case'
+    "the ramps of the torque meet between readings, each time at the same share of the time from "
+    "one to the next, so torques that were set look the same as ramps that a clock logged. The "
+    "angles do not tell them apart either, so the model reverses at the readings. If a clock "
+    'logged the ramps, state torque_turns = "between_readings" under [measurement] in the case'
 )
 
 
