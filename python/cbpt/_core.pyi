@@ -1215,11 +1215,6 @@ class Predictor:
         """
         Ids of the effects, in the order given.
         """
-    def go_on(self, /) -> None:
-        """
-        From now on every run that begins where the one before it ended goes on from there, by whatever clocks; and a run that
-        no other leads to goes on from a repetition of itself, if it ends where it began.
-        """
     def neutral(self, /) -> NDArray[float64]:
         """
         Values at which every effect of the library vanishes, shape (p,); what is no size has its default, and own effects
@@ -1243,18 +1238,19 @@ class Predictor:
         Whether the readings are means over time, from halfway to the one before to halfway to the next, as those over turns say.
         """
     @property
-    def runs_repeated_before(self, /) -> int:
-        """
-        How many runs go on from a repetition of themselves that nobody measured.
-        """
-    @property
     def runs_that_go_on(self, /) -> int:
         """
         How many runs go on from where the one before them ended, with the friction that it has left.
         """
-    def start_anew(self, /) -> None:
+    @property
+    def runs_with_unmeasured_past(self, /) -> int:
         """
-        From now on every run is loaded from rest: friction has faded, or was released, since the run before.
+        How many runs go on from a repetition of themselves, or a loop, that nobody measured.
+        """
+    def take_history(self, /, word: str) -> None:
+        """
+        From now on the friction of runs goes on, or not, as a case says by its word for `friction_between_runs`. Raises
+        ``InvalidInputError`` for any other word.
         """
     @property
     def turns_between_readings(self, /) -> list[int]:

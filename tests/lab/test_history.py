@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -249,5 +250,55 @@ def test_a_fitted_case_says_what_became_of_friction_between_runs() -> None:
     # Once the case says it, it is not asked again.
     notes = cbpt.fit(found.case, table, ["friction_hysteresis"]).notes
     assert not any("starts anew" in note for note in notes)
-    with pytest.raises(cbpt.InvalidInputError, match="none of by_clock, released, carried"):
+    with pytest.raises(
+        cbpt.InvalidInputError, match="none of by_clock, released, carried, carried_from_above"
+    ):
         case.with_friction_between_runs("never")
+
+
+@pytest.mark.parametrize(
+    ("past", "path", "how"),
+    [
+        ([20, -20, 20, 0], [20, -20, 20, -20, 0], "carried_from_above"),
+        ([20, -20, 20, 0], [20, -20, 0], "carried_from_above"),
+        ([20, -20, 7, 0], [20, -20, 20, -20, 0], "carried_from_above"),
+        ([-20, 20, 5], [-20, 20, -20, 7], "carried_from_above"),
+        ([-20, 20, -20, 0], [-20, 20, -20, 20, 0], "carried_from_below"),
+    ],
+)
+def test_what_was_done_before_the_first_reading_is_asked(
+    past: list[float], path: list[float], how: str
+) -> None:
+    """Loops that nobody measured had left friction: a torque zero, or a friction with a rate and a
+    late torque, were certain in place of friction alone."""
+    legs = [0.0, *past, *path]
+    torque = np.concatenate(
+        [np.linspace(a, b, round(abs(b - a)) + 1)[1:] for a, b in itertools.pairwise(legs)]
+    )
+    first = sum(round(abs(b - a)) for a, b in itertools.pairwise([0.0, *past])) - 1
+    spring = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 5.0},
+        "uncertainty": {"contact_stiffness_rel": 0.1},
+    }
+    friction = {"id": "friction_hysteresis", "friction_torque_Nm": 0.6}
+    case = spring | {"effect": [friction | {"engagement_angle_arcsec": 5.0}]}
+    plan = {
+        "run": np.ones(len(torque)),
+        "time_s": 2.0 * np.arange(len(torque)),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": 0.0 * torque,
+    }
+    rows = cbpt.read_readings(plan, need_preload=False)
+    made = cbpt.simulate(case, rows, seed=1, u_elastic_angle_arcsec=1.0)
+    table = {name: column[first:] for name, column in plan.items()} | {
+        "elastic_angle_arcsec": made.elastic_angle_arcsec[first:],
+        "u_elastic_angle_arcsec": np.ones(len(torque) - first),
+    }
+    answer = cbpt.diagnose(spring, table)
+    assert answer.verdict.effects == ("friction_hysteresis",)
+    [note] = [note for note in answer.notes if "were not measured" in note]
+    assert f'friction_between_runs = "{how}"' in note
+    fitted = cbpt.fit(spring, table, ["friction_hysteresis"])
+    assert fitted.case.friction_between_runs == how
+    again = cbpt.compare(fitted.case, table).overall
+    assert again and again.rmse_arcsec < 1.1

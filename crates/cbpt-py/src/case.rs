@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cbpt_cli::case::{BetweenRuns, Case as RustCase, TorqueTurns, Zero};
+use cbpt_cli::case::{Case as RustCase, History, TorqueTurns, Zero};
 use cbpt_cli::commands::friction::{self, Asked, Costs};
 use cbpt_cli::formula::Formula;
 use cbpt_core::design;
@@ -141,12 +141,12 @@ impl Case {
     /// (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
     #[getter]
     fn friction_between_runs(&self) -> &'static str {
-        word_of(&BetweenRuns::WORDS, self.case.measurement.friction_between_runs)
+        word_of(&History::WORDS, self.case.measurement.friction_between_runs)
     }
 
     /// The case with another ``friction_between_runs``. Raises ``InvalidInputError`` for any other word.
     fn with_friction_between_runs(&self, py: Python<'_>, word: &str) -> PyResult<Self> {
-        let between = of_word(py, "friction_between_runs", &BetweenRuns::WORDS, word)?;
+        let between = of_word(py, "friction_between_runs", &History::WORDS, word)?;
         let mut case = self.case.clone();
         case.measurement.friction_between_runs = between;
         Ok(Self { case })

@@ -287,12 +287,6 @@ impl Predictor {
     fn look<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&predict::Predictor) -> T + Send) -> T {
         py.detach(|| of(&self.predictor.lock().unwrap_or_else(PoisonError::into_inner)))
     }
-
-    fn take_history(&self, py: Python<'_>, history: predict::History) {
-        py.detach(|| {
-            self.predictor.lock().unwrap_or_else(PoisonError::into_inner).take_history(history);
-        });
-    }
 }
 
 #[pymethods]
@@ -395,10 +389,10 @@ impl Predictor {
         self.look(py, |predictor| predictor.rows().runs_that_go_on())
     }
 
-    /// How many runs go on from a repetition of themselves that nobody measured.
+    /// How many runs go on from a repetition of themselves, or a loop, that nobody measured.
     #[getter]
-    fn runs_repeated_before(&self, py: Python<'_>) -> usize {
-        self.look(py, |predictor| predictor.rows().runs_repeated_before())
+    fn runs_with_unmeasured_past(&self, py: Python<'_>) -> usize {
+        self.look(py, |predictor| predictor.rows().runs_with_unmeasured_past())
     }
 
     /// Rows of the readings before each turn of the torque between readings, or over it, as both ramps beside it say.
@@ -413,15 +407,14 @@ impl Predictor {
         self.look(py, |predictor| predictor.rows().are_means())
     }
 
-    /// From now on every run is loaded from rest: friction has faded, or was released, since the run before.
-    fn start_anew(&self, py: Python<'_>) {
-        self.take_history(py, predict::History::Anew);
-    }
-
-    /// From now on every run that begins where the one before it ended goes on from there, by whatever clocks; and a run that
-    /// no other leads to goes on from a repetition of itself, if it ends where it began.
-    fn go_on(&self, py: Python<'_>) {
-        self.take_history(py, predict::History::Carried);
+    /// From now on the friction of runs goes on, or not, as a case says by its word for `friction_between_runs`. Raises
+    /// ``InvalidInputError`` for any other word.
+    fn take_history(&self, py: Python<'_>, word: &str) -> PyResult<()> {
+        let history = of_word(py, "friction_between_runs", &predict::History::WORDS, word)?;
+        py.detach(|| {
+            self.predictor.lock().unwrap_or_else(PoisonError::into_inner).take_history(history);
+        });
+        Ok(())
     }
 
     /// Predicts all rows at ``values`` (p,), and the exact derivatives by the parameters whose indices are ``wanted``.

@@ -11,7 +11,7 @@ use super::fields;
 use super::keys::{self, Value};
 use super::parts::{self, Lists};
 use super::{
-    BetweenRuns, Case, Friction, LoadDefaults, Measurement, Operation, Rating, TorqueTurns, Uncertainty, Zero,
+    Case, Friction, History, LoadDefaults, Measurement, Operation, Rating, TorqueTurns, Uncertainty, Zero,
 };
 
 /// Values in SI by their dotted names: `deceleration.ball_radius_m`.
@@ -123,7 +123,7 @@ pub(super) fn case(values: &Values) -> Result<Case, InvalidInput> {
         measurement: Measurement {
             zero: values.choice("measurement.zero", &ZEROS)?,
             lever_arm_m: values.real("measurement.lever_arm_m"),
-            friction_between_runs: values.choice("measurement.friction_between_runs", &BetweenRuns::WORDS)?,
+            friction_between_runs: values.choice("measurement.friction_between_runs", &History::WORDS)?,
             torque_turns: values.choice("measurement.torque_turns", &TorqueTurns::WORDS)?,
         },
         rating: Rating { rated_torque_Nm: values.real("rating.rated_torque_Nm") },
@@ -277,7 +277,7 @@ pub(super) fn values(case: &Case) -> Values {
     values.set_some("load.input_angle_rad", case.load.input_angle_rad);
     values.set_word("measurement.zero", case.measurement.zero, &ZEROS);
     let between = case.measurement.friction_between_runs;
-    values.set_word("measurement.friction_between_runs", between, &BetweenRuns::WORDS);
+    values.set_word("measurement.friction_between_runs", between, &History::WORDS);
     values.set_word("measurement.torque_turns", case.measurement.torque_turns, &TorqueTurns::WORDS);
     values.set_some("measurement.lever_arm_m", case.measurement.lever_arm_m);
     values.set_some("rating.rated_torque_Nm", case.rating.rated_torque_Nm);

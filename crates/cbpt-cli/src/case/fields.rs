@@ -359,7 +359,9 @@ fn load() -> Section {
 fn measurement() -> Section {
     let zero = "whether all runs share one zero of the angle or each run has its own";
     let between = "where a run begins as the one before it ended: whether friction goes on if both have one clock \
-                   (time_s goes on), was released, or goes on whatever the clocks";
+                   (time_s goes on), was released, or goes on whatever the clocks; carried_from_above and \
+                   carried_from_below: as carried, but a run that no other leads to begins after loops that were not measured, from \
+                   which the torque came down or up to its first reading";
     let turns = "where the torque of a table with time_s reverses; where_ramps_meet: where the straight ramps before and \
                  after meet, between readings that may be means, but at the readings if every reversal falls at the same \
                  share of the time between two readings; between_readings: there even then, for ramps that a clock logged; \
@@ -373,7 +375,12 @@ fn measurement() -> Section {
         keys: vec![
             Key::choice("zero", &["common", "per_run"], zero).by_default(),
             Key::quantity("lever_arm", Quantity::Length, "mm", 0.1, lever).optional(),
-            Key::choice("friction_between_runs", &["by_clock", "released", "carried"], between).by_default(),
+            Key::choice(
+                "friction_between_runs",
+                &["by_clock", "released", "carried", "carried_from_above", "carried_from_below"],
+                between,
+            )
+            .by_default(),
             Key::choice("torque_turns", &["where_ramps_meet", "between_readings", "at_readings"], turns)
                 .by_default(),
         ],

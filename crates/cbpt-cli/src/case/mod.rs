@@ -39,7 +39,7 @@ use std::sync::Arc;
 use cbpt_core::cost::{Cost, Rubbing};
 use cbpt_core::effect::OwnEffect;
 use cbpt_core::predict::Effect;
-pub use cbpt_core::predict::TorqueTurns;
+pub use cbpt_core::predict::{History, TorqueTurns};
 use cbpt_core::{Drive, Reducer};
 
 use crate::formula::Formula;
@@ -117,7 +117,7 @@ pub struct Measurement {
     /// Radius at which a displacement sensor reads, m.
     pub lever_arm_m: Option<f64>,
     /// What becomes of friction from one run to the next.
-    pub friction_between_runs: BetweenRuns,
+    pub friction_between_runs: History,
     /// Where the torque of a ramp turns back.
     pub torque_turns: TorqueTurns,
 }
@@ -175,23 +175,6 @@ pub enum Zero {
     Common,
     /// One zero for each run.
     PerRun,
-}
-
-/// What becomes of friction where a run begins as the one before it ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BetweenRuns {
-    /// It goes on if both runs are timed by one clock.
-    ByClock,
-    /// It was released: every run begins at rest.
-    Released,
-    /// It goes on, whatever the clocks.
-    Carried,
-}
-
-impl BetweenRuns {
-    /// Each with its word in a case.
-    pub const WORDS: [(&str, Self); 3] =
-        [("by_clock", Self::ByClock), ("released", Self::Released), ("carried", Self::Carried)];
 }
 
 /// `[uncertainty]`: standard uncertainties (k = 1).

@@ -7,7 +7,7 @@
 //! mean over it has a row on either side (`turns`).
 //!
 //! A run goes on from where the one before it ended, and is not loaded from rest, if nothing between them says otherwise
-//! (`Rows::histories`); or the clocks are no matter ([`History`]).
+//! (`Rows::histories`); or the clocks are no matter, and loops that nobody measured may stand before ([`History`]).
 
 use std::collections::HashMap;
 
@@ -44,10 +44,26 @@ pub enum History {
     #[default]
     ByClock,
     /// No: the friction has faded, or was released.
-    Anew,
+    Released,
     /// Yes, by whatever clocks. A run that no other leads to is no first one either, if it ends where it began: it goes on from
     /// a repetition of itself that nobody measured.
     Carried,
+    /// The same, but a run that no other leads to goes on from a loop that nobody measured, to the table's largest torque either way,
+    /// which came down to its first reading.
+    CarriedFromAbove,
+    /// The same of a loop that came up to it.
+    CarriedFromBelow,
+}
+
+impl History {
+    /// By the words of a case file.
+    pub const WORDS: [(&str, Self); 5] = [
+        ("by_clock", Self::ByClock),
+        ("released", Self::Released),
+        ("carried", Self::Carried),
+        ("carried_from_above", Self::CarriedFromAbove),
+        ("carried_from_below", Self::CarriedFromBelow),
+    ];
 }
 
 /// Place in the table of a row that nobody measured.
@@ -229,19 +245,38 @@ impl Rows {
             let shares = &self.shares[self.run(number)];
             let before = this.runs().checked_sub(1).map(|last| this.run(last));
             let led_to = before.is_some_and(|before| this.leads_to(&this.rows[before], run));
-            if history == History::Carried && !led_to && run.len() > 2 && goes_on_from(run, run) {
-                // Before it and in no time.
-                let before = run.iter().map(|row| Row {
-                    time_s: run[0].time_s,
-                    temperature_difference_K: run[0].temperature_difference_K,
-                    ..*row
-                });
-                let before: Vec<Row> = before.collect();
-                this.push(&before, &vec![UNMEASURED; run.len()], shares);
+            if !led_to {
+                let (past, shares) = self.past(run, shares, history);
+                if !past.is_empty() {
+                    this.push(&past, &vec![UNMEASURED; past.len()], &shares);
+                }
             }
             this.push(run, places, shares);
         }
         this
+    }
+
+    /// What was done in no time before a run that no other leads to, and the share of each row; nothing where it begins at rest.
+    fn past(&self, run: &[Row], shares: &[f64], history: History) -> (Vec<Row>, Vec<f64>) {
+        let then = |row: &Row| Row {
+            time_s: run[0].time_s,
+            temperature_difference_K: run[0].temperature_difference_K,
+            ..*row
+        };
+        let after_loop = |from: f64| {
+            let largest_Nm = self.rows.iter().map(|row| row.torque_Nm.abs()).fold(0.0, f64::max);
+            let legs = [(-from * largest_Nm, -from), (from * largest_Nm, from), (run[0].torque_Nm, -from)];
+            let rows = legs.map(|(torque_Nm, direction)| Row { torque_Nm, direction, ..run[0] });
+            (rows.to_vec(), vec![1.0; rows.len()])
+        };
+        match history {
+            History::CarriedFromAbove => after_loop(1.0),
+            History::CarriedFromBelow => after_loop(-1.0),
+            History::Carried if run.len() > 2 && goes_on_from(run, run) => {
+                (run.iter().map(then).collect(), shares.to_vec())
+            }
+            _ => (Vec::new(), Vec::new()),
+        }
     }
 
     /// One run more.
@@ -253,13 +288,13 @@ impl Rows {
         self.starts.push(self.rows.len());
     }
 
-    /// How many runs go on from where the one before them ended, without those that do from a repetition of themselves.
+    /// How many runs go on from where the one before them ended, without those that do from a past that nobody measured.
     pub fn runs_that_go_on(&self) -> usize {
-        (0..self.runs()).filter(|run| self.goes_on(*run)).count() - self.runs_repeated_before()
+        (0..self.runs()).filter(|run| self.goes_on(*run)).count() - self.runs_with_unmeasured_past()
     }
 
-    /// How many runs go on from a repetition of themselves that nobody measured.
-    pub fn runs_repeated_before(&self) -> usize {
+    /// How many runs go on from a repetition of themselves, or a loop, that nobody measured.
+    pub fn runs_with_unmeasured_past(&self) -> usize {
         (0..self.runs()).filter(|run| self.places[self.starts[*run]] == UNMEASURED).count()
     }
 
@@ -325,8 +360,8 @@ impl Rows {
     fn leads_to(&self, before: &[Row], run: &[Row]) -> bool {
         let timed = |run: &[Row]| run.last().is_some_and(|row| row.run_time_s > 0.0);
         let told = match self.history {
-            History::Anew => false,
-            History::Carried => true,
+            History::Released => false,
+            History::Carried | History::CarriedFromAbove | History::CarriedFromBelow => true,
             History::ByClock => self.one_clock && timed(before) && timed(run),
         };
         told && goes_on_from(before, run)

@@ -183,14 +183,14 @@ fn a_run_goes_on_where_the_one_before_it_ended() {
 fn every_run_may_start_anew() {
     let cut = cut_in_two();
     assert_eq!(cut.rows().unwrap().runs_that_go_on(), 1);
-    assert_eq!(cut.rows().unwrap().with_history(History::Anew).runs_that_go_on(), 0);
+    assert_eq!(cut.rows().unwrap().with_history(History::Released).runs_that_go_on(), 0);
     let mut apart = cut_in_two();
     apart.time_s[9..].iter_mut().for_each(|time| *time -= 50.0);
     let [mut carried, mut rested] =
         [&cut, &apart].map(|campaign| predictor(campaign, &["friction_hysteresis"], false));
     let values = typical_values(&carried);
     let before = carried.predict(&values, &[]).unwrap();
-    carried.take_history(History::Anew);
+    carried.take_history(History::Released);
     let after = carried.predict(&values, &[]).unwrap();
     assert_eq!(after.angle_rad, rested.predict(&values, &[]).unwrap().angle_rad);
     assert_ne!(after.angle_rad, before.angle_rad);
@@ -242,13 +242,44 @@ fn a_closed_run_may_have_been_repeated_before() {
     assert_eq!(virgin.angle_rad, angles[..9]);
     predictor.take_history(History::Carried);
     let rows = predictor.rows();
-    assert_eq!((rows.len(), rows.runs_that_go_on(), rows.runs_repeated_before()), (9, 0, 1));
+    assert_eq!((rows.len(), rows.runs_that_go_on(), rows.runs_with_unmeasured_past()), (9, 0, 1));
     let found = predictor.predict(&values, &wanted).unwrap();
     assert_eq!(found.angle_rad, angles[9..]);
     assert_eq!(found.sensitivities, slopes[slopes.len() / 2..]);
     assert_eq!(found.status.len(), 9);
     predictor.take_history(History::ByClock);
     assert_eq!(predictor.predict(&values, &wanted).unwrap(), virgin);
+}
+
+/// A run that no other leads to goes on from a loop that came down, or up, to its first reading: as if that stood before it.
+#[test]
+fn a_run_may_begin_after_a_loop() {
+    let rows = |torque_Nm: &[f64]| {
+        let count = torque_Nm.len();
+        Campaign {
+            run: vec![0; count],
+            time_s: (0..count).map(|place| place as f64).collect(),
+            torque_Nm: torque_Nm.to_vec(),
+            preload_N: vec![600.0; count],
+            input_angle_rad: vec![0.2; count],
+            temperature_K: vec![0.0; count],
+            cycle: vec![0.0; count],
+        }
+    };
+    let run = [1.0, 3.0, 6.0, 3.0, 0.0, -3.0, -6.0, -3.0];
+    for (history, past) in
+        [(History::CarriedFromAbove, [-6.0, 6.0]), (History::CarriedFromBelow, [6.0, -6.0])]
+    {
+        let angles = under_friction(&rows(&[&past[..], &run[..1], &run[..]].concat())).0;
+        let mut predictor = predictor(&rows(&run), &["friction_hysteresis"], false);
+        predictor.take_history(history);
+        assert_eq!(predictor.rows().runs_with_unmeasured_past(), 1);
+        let values = typical_values(&predictor);
+        let found = predictor.predict(&values, &[]).unwrap().angle_rad;
+        for (found, expected) in found.iter().zip(&angles[3..]) {
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found} {expected}");
+        }
+    }
 }
 
 /// After a leap of the torque, a turn of the input, another preload, by a clock that starts again or without one, a run is loaded

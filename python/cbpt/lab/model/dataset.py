@@ -26,7 +26,7 @@ from cbpt.lab.model.table_curve import curve_errors
 from cbpt.lab.readings.reader import Readings
 
 Floats = NDArray[np.float64]
-History = Literal["by_clock", "released", "carried"]
+History = Literal["by_clock", "released", "carried", "carried_from_above", "carried_from_below"]
 Turns = Literal["where_ramps_meet", "between_readings", "at_readings"]
 Mask = NDArray[np.bool_]
 
@@ -71,7 +71,7 @@ class Campaign:
     """What readings taken again say of the uncertainty, where that was asked."""
     history: History = "by_clock"
     """Whether friction goes on where a run begins as the one before it ended: if both are timed by
-    one clock, at no run, or by whatever clocks."""
+    one clock, at no run, or by whatever clocks; then also what was done before the first run."""
     torque_turns: Turns = "where_ramps_meet"
     """Where the torque of a ramp turns back: where the ramps beside meet, unless all turns meet the
     clock alike; there in any case; or at readings."""

@@ -61,10 +61,7 @@ class Assembled:
             None if r.cycle is None else np.asarray(r.cycle, dtype=np.float64),
             campaign.torque_turns,
         )
-        if campaign.history == "released":
-            self._predictor.start_anew()
-        elif campaign.history == "carried":
-            self._predictor.go_on()
+        self._predictor.take_history(campaign.history)
         self.nothing = self._predictor.neutral()
         """Values at which every effect does nothing."""
         self.neutral = self.nothing.copy()
@@ -118,9 +115,9 @@ class Assembled:
         return self._predictor.readings_are_means
 
     @property
-    def runs_repeated_before(self) -> int:
-        """Runs that go on from a repetition of themselves that nobody measured."""
-        return self._predictor.runs_repeated_before
+    def runs_with_unmeasured_past(self) -> int:
+        """Runs that go on from a repetition of themselves, or a loop, that nobody measured."""
+        return self._predictor.runs_with_unmeasured_past
 
     def beside(self) -> Assembled:
         """Another one like it, for a thread of its own."""

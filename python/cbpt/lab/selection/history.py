@@ -11,9 +11,9 @@ Many rigs start a clock with each file all the same, and others release the redu
 clock go on. So where the two differ, friction is fitted both ways; of a torsion spring beside play
 and a stiffness that bends, which are as large as its loops: friction alone would take them for a
 start of its own. Where somebody names what is fitted, a stiffness that bends, or ends at a stop, is
-asked beside it if it is named. Of a spring a single loop is asked as well whether it was the first
-one: a ball drive turns little, so little of its loop is a first loading, and the question is not
-worth its time.
+asked beside it if it is named. Of a spring it is asked as well what was done before the first
+reading: nothing, the same loop, or loops from which the torque came down or up to it. A ball drive
+turns little, so little of its loop is a first loading, and the question is not worth its time.
 """
 
 from __future__ import annotations
@@ -37,10 +37,11 @@ from cbpt.lab.selection.turning import with_their_turns
 from cbpt.lab.wording.numbers import listed
 
 _FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
-_RELEASED, _CARRIED = (
+_HISTORIES: tuple[History, ...] = "released", "carried", "carried_from_above", "carried_from_below"
+_RELEASED, _CARRIED, _FROM_ABOVE, _FROM_BELOW = (
     f'The case of the fit says so to cbpt compare: friction_between_runs = "{word}" under '
     "[measurement]"
-    for word in ("released", "carried")
+    for word in _HISTORIES
 )
 _NOTES = {
     "released": "runs begin where the ones before them ended, but the readings show friction that "
@@ -50,6 +51,12 @@ _NOTES = {
     "repeated": "the readings show that the first loops begin with friction of loops before them, "
     "which were not measured: they are fitted as if the same loop had been run before. "
     f"{_CARRIED}",
+    "carried_from_above": "the readings show that the first run begins with friction of loops "
+    "before it, which were not measured and from which the torque came down to the first reading. "
+    f"{_FROM_ABOVE}",
+    "carried_from_below": "the readings show that the first run begins with friction of loops "
+    "before it, which were not measured and from which the torque came up to the first reading. "
+    f"{_FROM_BELOW}",
 }
 
 
@@ -106,8 +113,7 @@ def _histories(campaign: Campaign, named: Sequence[str] | None) -> dict[History,
     found: dict[History, tuple[float, str]] = {campaign.history: (0.0, "")}
     if campaign.history != "by_clock":
         return found  # somebody knows, and the case says it
-    histories: tuple[History, ...] = "released", "carried"
-    others = {history: replace(campaign, history=history) for history in histories}
+    others = {history: replace(campaign, history=history) for history in _HISTORIES}
     notes = {history: _what_differs(other, campaign) for history, other in others.items()}
     unlike = [history for history, note in notes.items() if note]
     asked = [campaign, *(others[history] for history in unlike)] if unlike else []
@@ -128,10 +134,12 @@ def _clearly_best(odds: dict[History, float], usual: History) -> History:
 def _what_differs(other: Campaign, timed: Campaign) -> str:
     """What runs do that they do not as their clocks say; empty where they do the same."""
     here, there = (Assembled(campaign, ()) for campaign in (other, timed))
-    if here.runs_that_go_on != there.runs_that_go_on:
-        return _NOTES[other.history]
-    spring = other.drive.kind == "torsion_spring"
-    return _NOTES["repeated"] if spring and here.runs_repeated_before else ""
+    past = here.runs_with_unmeasured_past if other.drive.kind == "torsion_spring" else 0
+    if other.history in ("released", "carried"):
+        if here.runs_that_go_on != there.runs_that_go_on:
+            return _NOTES[other.history]
+        return _NOTES["repeated"] if past else ""
+    return _NOTES[other.history] if past else ""
 
 
 def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:

@@ -16,7 +16,7 @@ use crate::formula::Formula;
 
 use super::super::fields;
 use super::super::{
-    BetweenRuns, Case, EffectEntry, Friction, LoadDefaults, Measurement, Operation, Rating, TorqueTurns,
+    Case, EffectEntry, Friction, History, LoadDefaults, Measurement, Operation, Rating, TorqueTurns,
     Uncertainty, Zero,
 };
 
@@ -154,7 +154,7 @@ fn any_case() -> impl Strategy<Value = Case> {
         .collect();
     let tolerance = btree_map(proptest::sample::select(limits), positive(), 0..5);
     let spreads = (proptest::array::uniform5(positive()), of_drive, tolerance);
-    let between = [BetweenRuns::ByClock, BetweenRuns::Released, BetweenRuns::Carried];
+    let between = History::WORDS.map(|(_, history)| history);
     let turns = TorqueTurns::WORDS.map(|(_, turns)| turns);
     let zeros =
         (any::<bool>(), proptest::sample::select(between.to_vec()), proptest::sample::select(turns.to_vec()));

@@ -11,7 +11,7 @@ use cbpt_core::{
 use serde_json::json;
 
 use super::super::{
-    BetweenRuns, Case, Friction, LoadDefaults, Measurement, Operation, Rating, TorqueTurns, Uncertainty, Zero,
+    Case, Friction, History, LoadDefaults, Measurement, Operation, Rating, TorqueTurns, Uncertainty, Zero,
 };
 use super::{RING, edited, message, read};
 
@@ -51,7 +51,7 @@ fn a_drive_is_read_in_si() {
         measurement: Measurement {
             zero: Zero::Common,
             lever_arm_m: None,
-            friction_between_runs: BetweenRuns::ByClock,
+            friction_between_runs: History::ByClock,
             torque_turns: TorqueTurns::WhereRampsMeet,
         },
         rating: Rating::default(),
@@ -144,7 +144,7 @@ fn everything_a_case_may_hold() {
     let expected = Measurement {
         zero: Zero::PerRun,
         lever_arm_m: Some(0.1),
-        friction_between_runs: BetweenRuns::Released,
+        friction_between_runs: History::Released,
         torque_turns: TorqueTurns::AtReadings,
     };
     assert_eq!(case.measurement, expected);
