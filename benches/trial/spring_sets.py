@@ -5,6 +5,7 @@
     spring_logged    one whose torque turns back between the readings of a logger with a clock
 
 Free are the spring's stiffness, the gains of torque and angle within their priors, and one zero.
+Half of them had been turned to and fro before the first reading.
 """
 
 from __future__ import annotations
@@ -48,12 +49,14 @@ SETS: tuple[tuple[str, ...], ...] = (
     ("creep",),
 )
 ACCEPTED = {
-    "friction_hysteresis": ["friction_hysteresis"],
+    "friction_hysteresis": ["friction_hysteresis", "distributed_friction"],
     "backlash": ["backlash", "bearing_play"],
     "creep": ["creep"],
     # A function of the load is one of the reading; a joint softer one way has a bend as well.
     "stiffness_curve": ["stiffness_curve", "sensor_nonlinearity", "output_torsion"],
 }
+PASTS: tuple[tuple[float, ...], ...] = ((), (-1.0, 1.0), (), (1.0, -1.0), (), (0.6, -0.6, 0.6))
+"""Where the torque turned back before the first reading, over the largest one."""
 MOST_SIZE = 0.6
 FREE = {"contact_stiffness_rel": "stiffer", "torque_gain_rel": "", "sensor_gain_rel": ""}
 
@@ -168,6 +171,7 @@ def _drawn(
     """means: whether a logger with a clock takes means or samples; None where torques are set. To
     the oracle and for d all torques are set."""
     case, stated = draw_spring(rng)
+    stated = replace(stated, past=PASTS[int(rng.integers(len(PASTS)))])
     loops, steps = int(rng.integers(2, 7)), int(rng.integers(6, 15))
     of_loops = stated.top_Nm, loops, steps, float(rng.uniform(1.5, 6.0)), rng
     fast = None if means is None else ramped_rows(*of_loops)
@@ -189,6 +193,7 @@ def _drawn(
     truth: dict[str, Any] = {
         "hidden": [{"id": e.id, "form": e.form, "values": vars(e)} for e in hidden],
         "noise": plain_values(noise),
+        "past": stated.past,
         "shifts": shifts,
         "free": [*FREE, "zero"],
         "accepted": [ACCEPTED[i] for i in ids],

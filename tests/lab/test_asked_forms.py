@@ -60,14 +60,15 @@ def test_a_form_is_fitted_where_it_is_asked_for(effect: str) -> None:
     assert found.after.rmse_arcsec < 1.1 * np.rad2deg(NOISE_rad) * 3600
 
 
-def test_no_diagnosis_proposes_them() -> None:
-    """But for a stop near the end of the torques, and friction by the rate where there are times,
-    as a late torque sensor looks like it."""
+def test_not_every_diagnosis_proposes_them() -> None:
+    """But for a stop near the end of the torques, contacts that slip one after another, as creep
+    looks like them, and friction by the rate where there are times, as a late torque sensor does.
+    """
     assert set(HIDDEN) == set(ON_REQUEST)
     timeless = {k: column for k, column in table("hard_stop").items() if k != "time_s"}
     for data, proposed in (
-        (timeless, {"hard_stop"}),
-        (table("hard_stop"), {"rate_friction", "hard_stop"}),
+        (timeless, {"hard_stop", "distributed_friction"}),
+        (table("hard_stop"), {"rate_friction", "hard_stop", "distributed_friction"}),
     ):
         campaign = campaign_of(cbpt.Case.from_dict(CASE), cbpt.compare(CASE, data).readings, ())
         assert {v.effect for v in Fitter(campaign).variants} & set(ON_REQUEST) == proposed

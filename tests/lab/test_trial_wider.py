@@ -262,6 +262,7 @@ def test_a_spring_has_its_strength() -> None:
         shifts["contact_stiffness_rel"],
         float(np.exp(shifts["torque_gain_rel"])),
         float(np.exp(shifts["sensor_gain_rel"])),
+        tuple(c.truth["past"]),
     )
     effects = [SpringEffect(**h["values"]) for h in c.truth["hidden"]]
     every = turned_rad(real, c.rows, effects)

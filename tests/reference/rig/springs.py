@@ -8,7 +8,8 @@
 
 The spring carries m = M - T(alpha), where T is a friction torque that remembers; its angle is
 alpha = c(m) m/k + (play/2) side(m). Solved from one reading to the next: every loop begins where
-the one before it ended, and friction does not fade in between.
+the one before it ended, and friction does not fade in between. The first one begins at rest, or
+after torques that nobody read.
 """
 
 from __future__ import annotations
@@ -34,6 +35,14 @@ class Spring:
     stiffer: float = 0.0
     torque_gain: float = 1.0
     sensor_gain: float = 1.0
+    past: tuple[float, ...] = ()
+    """Where the torque turned back before the first reading, over the largest one."""
+
+    def before_Nm(self, first_Nm: float) -> Floats:
+        """Torques from rest to the first reading."""
+        turns = np.array([0.0, *(self.top_Nm * share for share in self.past), first_Nm])
+        at = np.linspace(0, len(turns) - 1, 40 * (len(turns) - 1) + 1)
+        return np.interp(at, np.arange(len(turns)), turns)[:-1] if self.past else np.zeros(0)
 
     @property
     def top_rad(self) -> float:
@@ -69,7 +78,7 @@ class SpringEffect:
 def draw_spring_effect(effect_id: str, form: str, rng: np.random.Generator) -> SpringEffect:
     """An effect with its shape at random, small."""
     shape = {
-        "friction_hysteresis": float(10 ** rng.uniform(-1.7, -0.7)),
+        "friction_hysteresis": float(10 ** rng.uniform(-1.7, 0.0)),
         "backlash": float(10 ** rng.uniform(-1.9, -0.9)),
         "stiffness_curve": float(rng.uniform(0.3, 0.6)),
         "creep": float(10 ** rng.uniform(0.3, 1.5)),
@@ -214,19 +223,26 @@ def _crept(spring: Spring, effects: Sequence[SpringEffect], rows: Rows) -> Float
 
 
 def turned_rad(spring: Spring, rows: Rows, effects: Sequence[SpringEffect] = ()) -> Floats:
-    """Angle (rad) of every reading; the first run starts without friction, the others follow it."""
+    """Angle (rad) of every reading."""
     load = rows.torque_Nm * spring.torque_gain
-    friction = _friction(spring, effects, load)
     after = _crept(spring, effects, rows)
-    if friction is None:
+    if _friction(spring, effects, load) is None:
         return np.asarray(spring.sensor_gain * (_curve(spring, effects, load)[0] + after))
+    before = spring.before_Nm(float(rows.torque_Nm[0])) * spring.torque_gain
+    turned = _turned_under_friction(spring, effects, np.concatenate([before, load]))
+    return np.asarray(spring.sensor_gain * (turned[len(before) :] + after))
+
+
+def _turned_under_friction(spring: Spring, effects: Sequence[SpringEffect], load: Floats) -> Floats:
+    friction = _friction(spring, effects, load)
+    assert friction is not None
     law, limit = friction
-    angle = np.zeros(len(rows))
+    angle = np.zeros(len(load))
     now = np.array([0])
     angle[now] = _curve(spring, effects, load[now])[0]
     memory = law.begin(limit[now])
     rate = np.zeros(1)
-    for step in range(1, len(rows)):
+    for step in range(1, len(load)):
         now = np.array([step])
         before = angle[now - 1]
         memory = (memory[0], limit[now])
@@ -246,7 +262,7 @@ def turned_rad(spring: Spring, rows: Rows, effects: Sequence[SpringEffect] = ())
         m = root_of(balance, load[now], load[now] - wide, load[now] + wide, unit)
         angle[now] = _curve(spring, effects, m)[0]
         memory = law.step(memory, angle[now] - before, rate)
-    return np.asarray(spring.sensor_gain * (angle + after))
+    return angle
 
 
 @dataclass(frozen=True)

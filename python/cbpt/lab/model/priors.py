@@ -300,9 +300,9 @@ _TABLE: tuple[Variant, ...] = (
 VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
 ON_REQUEST = ("distributed_friction", "rate_friction", "breakaway_friction", "hard_stop")
 """Effects that are fitted where the user asks for them; no diagnosis proposes them, but for
-`rate_friction`, which a lag of the torque would else be named for, and the `hard_stop` of a torsion
-spring, for which a stiffer one with a joint would. What that rests on:
-docs/explanation/loop-forms.md."""
+`rate_friction`, which a lag of the torque would else be named for, and two of a torsion spring: the
+`hard_stop`, for which a stiffer one with a joint would, and `distributed_friction`, for which creep
+would. What that rests on: docs/explanation/loop-forms.md."""
 
 
 def lots(balls: int) -> tuple[Variant, ...]:
@@ -542,7 +542,8 @@ _INSTRUMENTS = (
 )
 ODDS: dict[str, float] = {
     "": 0.03,
-    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS, "rate_friction", "damping"), 2e-4),
+    **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS), 2e-4),
+    **dict.fromkeys(("rate_friction", "distributed_friction", "damping"), 2e-4),
     "ball_diameter_lot": 0.01,
     "shaft_shift": 3e-3,
     "unknown": 0.03,
@@ -550,8 +551,8 @@ ODDS: dict[str, float] = {
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
 missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction and
-damping by the rate, which look like a late sensor: without evidence of their own they are no rivals
-of friction. A shaft that a side load moves takes an open lever to be seen at all, so it is ten
+damping by the rate, which look like a late sensor, or friction by another law: without evidence of
+their own they are no rivals of friction. A shaft that a side load moves takes an open lever to be seen at all, so it is ten
 times rarer than an effect; odds of 0.03 let it stand in for rough contacts and bearings
 (docs/explanation/trial-notes.md).
 """

@@ -174,7 +174,7 @@ def _half_span_rad(campaign: Campaign, run: int) -> float:
 
 
 def _on_request(campaign: Campaign) -> Iterator[Variant]:
-    """What no diagnosis proposes, in shares of what the table reaches."""
+    """What not every diagnosis proposes, in shares of what the table reaches."""
     torque, angle = _reach(campaign)
     exponent = Shape("slip_exponent", -0.8, 2.0, (0.0,))
     slip = _ranged("slip_angle_rad", angle, 1e-3, 3.0, (0.03, 0.15, 0.6))
@@ -269,6 +269,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield from (v for v in VARIANTS if v.effect in numbers)
 
     yield from _frictions(campaign, torque, angle)
+    yield from (form for form in _on_request(campaign) if form.effect == "distributed_friction")
     # A play is taken up at next to no torque, beside any loop of the table; what turns over a wider
     # range is a soft middle and no play.
     loops = small_loops_of(campaign)
