@@ -1,7 +1,7 @@
 """What a curve may be between two readings, and what that makes uncertain about a figure.
 
     half_width_arcsec  half the range of where a branch may be at a torque
-    Leaning            a branch that departs from its interpolation by shares of that
+    Leaning            a branch that lies anywhere in that range
     leaning            a loop of such branches
     width_open_arcsec  by how much the width of a loop at zero torque may differ
 
@@ -28,8 +28,8 @@ class Leaning(Branch):
     """A branch as it may be."""
 
     shares: Floats
-    """Of the half width, between -1 and 1, for each pair of neighbouring readings; before zero
-    torque, and after it, as the branch goes: of shape (2, n - 1)."""
+    """Of half the range, about its middle, between -1 and 1; before zero torque, and after it, as
+    the branch goes: of shape (2,)."""
     way: int
     """1 where it rises, -1 where it falls."""
 
@@ -40,8 +40,9 @@ class Leaning(Branch):
         return np.sort(np.concatenate([self.torque_Nm, middle]))
 
     def _inside(self, torque: Floats) -> Floats:
-        share = self.shares[(self.way * torque > 0).astype(int), _gaps(self, torque)]
-        return np.asarray(super()._inside(torque) + share * half_width_arcsec(self, torque))
+        share = self.shares[(self.way * torque > 0).astype(int)]
+        low, high = _range_arcsec(self, torque)
+        return np.asarray(0.5 * (low + high) + 0.5 * share * (high - low))
 
     def integral(self, low_Nm: float, high_Nm: float) -> float:
         """The integral of the angle over the torque, arcsec N m."""
@@ -49,8 +50,8 @@ class Leaning(Branch):
 
 
 def leaning(loop: Loop, shares: Floats) -> Loop:
-    """Both branches lean by the same shares, of shape (2, any), each from where it comes from:
-    steps that are as coarse on both sides of zero leave out as much of both."""
+    """Both branches lean by the same shares, of shape (2,), each from where it comes from: what
+    coarse steps leave out of a curve they leave out everywhere, and of both."""
     rising, falling = loop.rising, loop.falling
     return loop.with_branches(
         rising and _lean(rising, shares, 1), falling and _lean(falling, -shares, -1)
@@ -58,17 +59,21 @@ def leaning(loop: Loop, shares: Floats) -> Loop:
 
 
 def _lean(branch: Branch, shares: Floats, way: int) -> Leaning:
-    used = shares[:, : len(branch.torque_Nm) - 1][:, ::way]
     own = branch.torque_Nm, branch.angle_arcsec, branch.row, branch.scattered
-    return Leaning(*own, shares=used, way=way)
+    return Leaning(*own, shares=shares, way=way)
 
 
 def half_width_arcsec(branch: Branch, torque_Nm: Floats | float) -> Floats:
     """Half the range in which the angle of a branch lies at torques of any shape."""
-    torque = np.asarray(torque_Nm, dtype=np.float64)
+    low, high = _range_arcsec(branch, np.asarray(torque_Nm, dtype=np.float64))
+    return np.asarray(0.5 * (high - low))
+
+
+def _range_arcsec(branch: Branch, torque: Floats) -> tuple[Floats, Floats]:
+    """Between which angles a branch lies at torques of any shape."""
     flat = np.atleast_1d(torque).ravel()
     ways = _of_lines(branch, flat) if branch.scattered else _of_readings(branch, flat)
-    return 0.5 * np.asarray(np.ptp(ways, axis=0)).reshape(torque.shape)
+    return ways.min(axis=0).reshape(torque.shape), ways.max(axis=0).reshape(torque.shape)
 
 
 def width_open_arcsec(loop: Loop) -> float:

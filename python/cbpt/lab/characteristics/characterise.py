@@ -25,7 +25,8 @@ from cbpt.lab.characteristics.uncertainty import Figure, LoopSet, Sources, estim
 from cbpt.lab.characteristics.warnings import cautions
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.covariance.robust import neighbour_scatter
-from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.covariance.rounding import rounds_alike
+from cbpt.lab.covariance.within_run import display_step, written_step
 from cbpt.lab.model.dataset import stated_uncertainty
 from cbpt.lab.readings.inputs import case_and_readings, case_of
 from cbpt.lab.readings.readings import Readings
@@ -43,6 +44,8 @@ _OF_MODEL = (
 )
 _FULL = (0.75, 1.25)
 """Amplitudes of full loops, as shares of the rated torque."""
+_UNEVEN = 0.1
+"""Share of the readings at which straight branches may bend."""
 _ALIKE = 0.85
 """Loops whose amplitudes differ by no more than this factor are of one amplitude."""
 
@@ -232,9 +235,14 @@ def _of_readings(
     gains = stated_uncertainty(case)
     u = part.u_elastic_angle_arcsec
     scatter = _scatter(used) if u is None else float(np.median(u))
-    scatter = float(np.hypot(scatter, display_step(part.elastic_angle_arcsec) / 12**0.5))
+    step = _step_arcsec(part, used)
+    alike = rounds_alike(scatter / step) if step and len(used.full) > 1 else 0.0
+    own, rounding = step / 12**0.5 * np.sqrt([1 - alike, alike])
     sources = Sources(
-        scatter, gains.get("torque_scale", 0.0), gains.get("sensor_gain", 0.0), u is not None
+        float(np.hypot(scatter, own)),
+        float(rounding),
+        gains.get("torque_scale", 0.0),
+        gains.get("sensor_gain", 0.0),
     )
     found = estimated(used, convention, sources)
     source = "the stated u of a reading" if u is not None else "the scatter along the branches"
@@ -252,9 +260,32 @@ def _of_readings(
     return tuple(told.figure(n, found.value[n], found.type_a[n], found.type_b[n]) for n in NAMES)
 
 
+def _step_arcsec(part: Readings, used: LoopSet) -> float:
+    """By what angles are rounded: to the last digit that is written, or to the step of a display,
+    as which the even steps of straight branches only look."""
+    angles = [b.angle_arcsec for loop in used.full for b in loop.branches]
+    bends = np.concatenate([np.abs(np.diff(angle, 2)) for angle in angles])
+    uneven = np.mean(bends > ROUNDING * used.turn_arcsec) > _UNEVEN
+    angle = part.elastic_angle_arcsec
+    return max(written_step(angle), display_step(angle) if uneven else 0.0)
+
+
 def _scatter(used: LoopSet) -> float:
-    """Standard deviation of a reading from second differences along the branches."""
-    return neighbour_scatter([b.angle_arcsec for loop in used.full for b in loop.branches], 2)
+    """Standard deviation of a reading: of what loops differ by at the same torques, where there
+    are several and the torque was set, else from second differences along the branches, of which
+    the bends of a loop are a part."""
+    branches = [b for loop in used.full for b in loop.branches]
+    if len(used.full) == 1 or any(b.scattered for b in branches):
+        return neighbour_scatter([b.angle_arcsec for b in branches], 2)
+    squares, freedom = 0.0, 0
+    for of_way in ([x.rising for x in used.full], [x.falling for x in used.full]):
+        known = [b for b in of_way if b is not None]
+        angles = np.array([b.at(known[0].torque_Nm) for b in known]) if known else np.zeros((0, 0))
+        off = angles[:, np.isfinite(angles).all(axis=0)]
+        off = off - off.mean(axis=1, keepdims=True)
+        squares += float(np.sum((off - off.mean(axis=0)) ** 2)) if off.size else 0.0
+        freedom += (len(off) - 1) * max(off.shape[1] - 1, 0)
+    return float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -321,7 +352,8 @@ def _torque(
         case "hysteresis_loss" | "backlash":
             return 0.0
         case "torsional_rigidity":
-            return 0.5 * convention.rated_torque_Nm, convention.rated_torque_Nm
+            rated = convention.rated_torque_Nm
+            return 0.5 * rated, min(rated, loops.amplitude_Nm)
         case "T1" | "T2":
             return value
         case "loop_energy":
@@ -333,6 +365,11 @@ def _reason(name: str, loops: LoopSet, convention: Convention) -> str:
     """Why a figure cannot be had."""
     reach = loops.amplitude_Nm
     match name:
+        case "torsional_rigidity" if not any(loop.rising and loop.falling for loop in loops.full):
+            return (
+                "no run has both branches: it is the mean of both, as a branch that has just "
+                "turned is stiffer. Unload too"
+            )
         case "torsional_rigidity":
             return (
                 f"the loops go to {rounded(reach)} N m, and the slope is taken from 50 % to 100 % "

@@ -54,6 +54,9 @@ class _Shares:
     """To which a loop must go for that at least."""
     curve: float = 0.05
     """Half the span of a stiffness."""
+    as_soft: float = 0.9
+    """A branch that has turned turns by this share of what the other one does, once friction has
+    come round."""
     turned: float = 0.5
     """Of the amplitude: nearer to zero torque no readings are left out for a branch that has just
     turned, however large friction is."""
@@ -66,8 +69,8 @@ ROUNDING = 1e-6
 
 _PIECES = (
     "three straight pieces laid through the centre line: K1, K2 and K3 are their stiffnesses, T1 "
-    "and T2 the torques where they meet. They go from zero torque to twice the torque of friction "
-    "below the end of the loop, as a loop that turns round first takes up its friction"
+    "and T2 the torques where they meet. They go from zero torque to where a loop that turns round "
+    "has taken up its friction: twice its torque below the end, and until both branches turn alike"
 )
 DEFINITIONS: Mapping[str, tuple[str, str]] = {
     "lost_motion": (
@@ -123,19 +126,21 @@ def _shared(*branches: Branch) -> tuple[float, float]:
 
 
 def _rigidity(loop: Loop, convention: Convention) -> float:
-    """Torque over angle, the angle averaged over all branches and signs that go far enough; to the
-    end of a branch that does not quite reach the rated torque.
+    """Torque over angle, the angle averaged over both branches on each side of zero where both go
+    far enough; to the end of a branch that does not quite reach the rated torque.
 
     Averaged as angles, because just after a turn a branch may hardly move at all.
     """
-    rated, compliances = convention.rated_torque_Nm, []
-    for branch in loop.branches:
-        for sign, end in zip((-1.0, 1.0), branch.ends_Nm, strict=True):
-            reach = min(sign * end, _SHARES.rigid[1] * rated)
-            ends = sign * np.array([_SHARES.rigid[0] * rated, reach])
-            if reach < _SHARES.least_reach * rated:
-                continue
-            compliances.append(float(np.diff(branch.at(ends))[0] / np.diff(ends)[0]))
+    if not (loop.rising and loop.falling):
+        return np.nan
+    rated, compliances = convention.rated_torque_Nm, list[float]()
+    for sign, side in ((-1.0, 0), (1.0, 1)):
+        reach = min(sign * branch.ends_Nm[side] for branch in loop.branches)
+        reach = min(reach, _SHARES.rigid[1] * rated)
+        ends = sign * np.array([_SHARES.rigid[0] * rated, reach])
+        if reach >= _SHARES.least_reach * rated:
+            ways = [float(np.diff(branch.at(ends))[0]) for branch in loop.branches]
+            compliances += [way / float(np.diff(ends)[0]) for way in ways]
     return _stiffness(float(np.mean(compliances))) if compliances else np.nan
 
 
@@ -163,11 +168,30 @@ def curve_of(loop: Loop, rated_torque_Nm: float) -> tuple[Floats, Floats]:
 
 def _slid(loop: Loop) -> tuple[float, float]:
     """The torques that all branches have, without those from a turn to where friction has come
-    round: twice its torque."""
+    round: twice its torque, and until the branch that has turned is as soft as the other one."""
     low, high = _shared(*loop.branches)
     friction = float(np.nan_to_num(friction_torque_Nm(loop)))
     least = _SHARES.turned * loop.amplitude_Nm
-    return min(low + 2 * friction, max(low, -least)), max(high - 2 * friction, min(high, least))
+    first = max(low + 2 * friction, -_round_at(loop.rising, loop.falling, -low, -1, least))
+    last = min(high - 2 * friction, _round_at(loop.falling, loop.rising, high, 1, least))
+    return min(first, max(low, -least)), max(last, min(high, least))
+
+
+def _round_at(
+    turned: Branch | None, other: Branch | None, end_Nm: float, side: int, least_Nm: float
+) -> float:
+    """The torque on one side of zero, no less than the least, at which a branch that has turned at
+    the end is as soft as the other one there."""
+    if turned is None or other is None or end_Nm <= least_Nm:
+        return end_Nm
+    span = _SHARES.curve * end_Nm
+    torque = np.linspace(end_Nm - span, least_Nm, CURVE_POINTS)
+    ways = [
+        np.abs(branch.at(side * (torque + span)) - branch.at(side * (torque - span)))
+        for branch in (turned, other)
+    ]
+    soft = np.flatnonzero(ways[0] >= _SHARES.as_soft * ways[1])
+    return float(torque[soft[0]]) if len(soft) else least_Nm
 
 
 def _pieces(loop: Loop, convention: Convention) -> dict[str, float]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -22,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from cbpt.lab.covariance.robust import neighbour_scatter, scatter_off_lines
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.turns import turns_of
+from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -90,7 +92,7 @@ class Branch:
 
     def _inside(self, torque: Floats) -> Floats:
         if not self.scattered:
-            return np.asarray(self._curve()(torque))
+            return np.asarray(self._curve(torque))
         flat = np.atleast_1d(torque).ravel()
         return self.line_at(flat).reshape(np.shape(torque))
 
@@ -111,6 +113,7 @@ class Branch:
         first = np.searchsorted(self.torque_Nm, torque_Nm) - (count + 1) // 2 + shift
         return np.asarray(np.clip(first, 0, len(self.torque_Nm) - count))
 
+    @cached_property
     def _curve(self) -> Any:
         from scipy.interpolate import PchipInterpolator
 
@@ -119,7 +122,7 @@ class Branch:
     def integral(self, low_Nm: float, high_Nm: float) -> float:
         """The integral of the angle over the torque, arcsec N m."""
         if not self.scattered:
-            return float(self._curve().integrate(low_Nm, high_Nm))
+            return float(self._curve.integrate(low_Nm, high_Nm))
         return self._on_grid(low_Nm, high_Nm)
 
     def _on_grid(self, low_Nm: float, high_Nm: float) -> float:
@@ -175,9 +178,21 @@ class Loop:
         if self.gap_arcsec is None or not self.whole:
             return None
         of_turn = _LIMITS.open_of_turn * self.turn_arcsec
-        of_noise = _LIMITS.open_of_scatter * _scatter_arcsec(self.branches)
+        of_noise = _LIMITS.open_of_scatter * self.scatter_arcsec
         most = max(_LIMITS.open_of_width * abs(self.width_arcsec), of_turn, of_noise)
         return self.gap_arcsec if abs(self.gap_arcsec) > most else None
+
+    @property
+    def scatter_arcsec(self) -> float:
+        """Standard deviation of a reading, 0 where few readings cannot tell."""
+        return _scatter_arcsec(self.branches)
+
+    @property
+    def first_leg_J(self) -> float:
+        """The area that a first leg may have taken from a loop that it is a part of: it begins
+        where the loop is open by, and comes to the branch of the loop at its end at the latest."""
+        gap = self.open_arcsec if self.composed else None
+        return 0.5 * abs(gap or 0.0) * self.amplitude_Nm / ARCSEC_PER_RAD
 
     def with_branches(self, rising: Branch | None, falling: Branch | None) -> Loop:
         """With others in place of its own."""

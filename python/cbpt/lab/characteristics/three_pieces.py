@@ -26,6 +26,8 @@ class _Limits:
     """Points of a curve on which five numbers are fitted."""
     searched: int = 16
     """Torques at which a break is looked for first."""
+    polished: int = 12
+    """Steps from the best of these."""
     chance: float = 0.01
     """Chance at which a straight curve would be taken for a broken one (F test)."""
 
@@ -88,25 +90,33 @@ def _fitted(torque: Floats, angle: Floats, first: float, second: float) -> tuple
     return slopes, angle - columns @ slopes
 
 
+def _squares(torque: Floats, angle: Floats, first: float, second: float) -> float:
+    """What the best slopes leave, by the normal equations: quick, and good enough to choose by."""
+    columns = _columns(torque, first, second)
+    by_angle = columns.T @ angle
+    slopes = np.linalg.solve(columns.T @ columns + 1e-12 * np.eye(3), by_angle)
+    return float(angle @ angle - by_angle @ slopes)
+
+
 def _searched(torque: Floats, angle: Floats) -> tuple[float, float]:
     from scipy.optimize import least_squares
 
     inside = np.unique(torque)[1:-1]
     places = np.unique(np.quantile(inside, np.linspace(0, 1, _LIMITS.searched), method="nearest"))
-    best, start = np.inf, (float(places[0]), float(places[-1]))
-    for i, first in enumerate(places):
-        for second in places[i + 1 :]:
-            left = _fitted(torque, angle, first, second)[1]
-            if left @ left < best:
-                best, start = float(left @ left), (float(first), float(second))
+    pairs = np.column_stack([places[of] for of in np.triu_indices(len(places), 1)])
+    lefts = [_squares(torque, angle, *pair) for pair in pairs]
+    start = pairs[int(np.argmin(lefts))] if len(pairs) else places[[0, -1]]
+    best = float(np.min(lefts)) if len(pairs) else np.inf
     low, high = float(inside[0]), float(inside[-1])
     size = float(np.ptp(angle)) or 1.0
 
     def rest(breaks: Floats) -> Floats:
         return np.asarray(_fitted(torque, angle, *np.sort(breaks))[1] / size)
 
-    tight = 1e-14
+    tight = 1e-12
     bounds = ([low, low], [high, high])
-    found = least_squares(rest, start, bounds=bounds, xtol=tight, ftol=tight, gtol=tight)
+    found = least_squares(
+        rest, start, bounds=bounds, xtol=tight, ftol=tight, gtol=tight, max_nfev=_LIMITS.polished
+    )
     first, second = np.sort(found.x if 2 * found.cost * size**2 <= best else start)
     return float(first), float(second)

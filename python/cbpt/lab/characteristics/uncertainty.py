@@ -6,13 +6,14 @@
     estimated   makes them
 
 Type A is the standard deviation of the mean over loops (repeats and runs), and no less than what
-the stated uncertainty of the readings makes of it: the loops are read off again with it added (JCGM
-101, Monte Carlo), as a single loop is with the scatter along it. Type B is what a standard
-uncertainty of a gain does to the figure: readings of torque are scaled and the figures read off
-again; the angle scales them directly. It is also what the curve may be between two readings: the
-first loop is read off again with what lies between them drawn from where it may lie. And it is what
-an open loop leaves unknown: the figures lie between those read and those of the loops closed by a
-drift, with the same chance anywhere.
+the uncertainty of the readings makes of it: the loops are read off again with it added (JCGM 101,
+Monte Carlo). Type B is what a standard uncertainty of a gain does to the figure: readings of torque
+are scaled and the figures read off again; the angle scales them directly. It is also what a display
+rounds alike in all loops (GUM F.2.2.1), and what the curve may be between two readings: the first
+loop is read off again with what lies between them drawn from where it may lie. And it is what an
+open loop leaves unknown: the figures lie between those read and those of the loops closed by a
+drift, with the same chance anywhere; a first leg that begins at rest, where a loop is open, may
+take the area of a triangle from it.
 """
 
 from __future__ import annotations
@@ -85,10 +86,10 @@ class Sources:
 
     scatter_arcsec: float = 0.0
     """Of one reading."""
+    rounding_arcsec: float = 0.0
+    """What a display rounds off a reading, alike in all loops."""
     torque_gain_rel: float = 0.0
     sensor_gain_rel: float = 0.0
-    stated: bool = False
-    """Whether the scatter is; along the branches of a loop its bends are a part of it."""
 
 
 @dataclass(frozen=True)
@@ -143,9 +144,7 @@ def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estim
     """The figures of some loops."""
     table = _Table.of(loops, convention)
     value = table.bounded()
-    type_a = dict.fromkeys(NAMES, 0.0)
-    if sources.stated or not table.repeated:
-        type_a = _drawn(loops, convention, sources.scatter_arcsec)
+    type_a = _drawn(loops, convention, sources.scatter_arcsec)
     if table.repeated:
         # Two loops may agree by chance: no figure is better than its readings.
         spread = table.jackknife()
@@ -162,10 +161,14 @@ def estimated(loops: LoopSet, convention: Convention, sources: Sources) -> Estim
         type_b[name] = float(np.hypot(np.nan_to_num(by_torque), by_angle))
     type_b["backlash"] = float(np.hypot(type_b["backlash"], table.of_form()))
     between = _between(loops.full[0], convention)
+    rounded = _drawn(LoopSet(loops.full[:1], loops.full[:1]), convention, sources.rounding_arcsec)
     closed = _Table.of(loops.changed(Loop.closed), convention).figures()
     for name in NAMES:
         of_closing = float(np.nan_to_num(closed[name] - read[name])) / 3**0.5
-        type_b[name] = float(np.sqrt(type_b[name] ** 2 + between[name] ** 2 + of_closing**2))
+        parts = type_b[name], between[name], rounded[name], of_closing
+        type_b[name] = float(np.sqrt(np.sum(np.square(parts))))
+    first_leg = np.mean([loop.first_leg_J for loop in loops.full]) / 3**0.5
+    type_b["loop_energy"] = float(np.hypot(type_b["loop_energy"], first_leg))
     return Estimates(value, type_a, type_b, len(loops.full))
 
 
@@ -239,17 +242,22 @@ def _drawn(loops: LoopSet, convention: Convention, scatter_arcsec: float) -> dic
     if not scatter_arcsec:
         return dict.fromkeys(NAMES, 0.0)
     rng = np.random.default_rng(0)
+    last = max(float(b.row.max()) for x in (*loops.full, *loops.small) for b in x.branches)
 
-    def noisy(branch: Branch | None) -> Branch | None:
+    def noisy(branch: Branch | None, noise: Floats) -> Branch | None:
         if branch is None:
             return None
-        noise = rng.normal(0.0, scatter_arcsec, len(branch.angle_arcsec))
-        return replace(branch, angle_arcsec=branch.angle_arcsec + noise)
+        # A reading at a turn is one of two branches.
+        own = noise[np.round(branch.row).astype(int)]
+        return replace(branch, angle_arcsec=branch.angle_arcsec + own)
 
-    def again(loop: Loop) -> Loop:
-        return loop.with_branches(noisy(loop.rising), noisy(loop.falling))
+    def again(noise: Floats) -> LoopSet:
+        return loops.changed(
+            lambda x: x.with_branches(noisy(x.rising, noise), noisy(x.falling, noise))
+        )
 
-    draws = [_Table.of(loops.changed(again), convention).figures() for _ in range(_LIMITS.draws)]
+    noises = rng.normal(0.0, scatter_arcsec, (_LIMITS.draws, int(last) + 1))
+    draws = [_Table.of(again(noise), convention).figures() for noise in noises]
     found = {}
     for name in NAMES:
         values = np.array([draw[name] for draw in draws])
@@ -263,10 +271,9 @@ def _between(loop: Loop, convention: Convention) -> dict[str, float]:
     steps: root mean square departure."""
     value = of_loop(loop, convention)
     rng = np.random.default_rng(1)
-    most = max(len(branch.torque_Nm) for branch in loop.branches)
     square = dict.fromkeys(NAMES, 0.0)
     for _ in range(_LIMITS.between):
-        drawn = of_loop(leaning(loop, rng.uniform(-1.0, 1.0, (2, most - 1))), convention)
+        drawn = of_loop(leaning(loop, rng.uniform(-1.0, 1.0, 2)), convention)
         for name in NAMES:
             square[name] += float(np.nan_to_num(drawn[name] - value[name])) ** 2
     return {name: (total / _LIMITS.between) ** 0.5 for name, total in square.items()}

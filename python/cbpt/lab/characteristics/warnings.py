@@ -26,13 +26,18 @@ _OFF_ZERO = 0.1
 _LEFT = 0.25
 """Of the squares by which a loop is lopsided: where the middle leaves more than half of the angle,
 it is not the reason."""
+_CLEAR = 5.0
+"""Standard deviations of a reading by which a loop is clearly turned round."""
+_ROUNDING = 1e-3
+"""Of the angle that a loop turns by, the same where nothing scatters."""
 _SLACK = 1.001
 """Of a step of the torque, for rounding."""
 
 
 def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> list[str]:
-    """Warnings about loops that are left out, steps, closure, rates and amplitudes."""
+    """Warnings about signs, loops that are left out, steps, closure, rates and amplitudes."""
     return [
+        *_signs(loops),
         *_left_out(loops, every),
         *_coarse(loops, convention),
         *_open(loops),
@@ -40,6 +45,23 @@ def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> l
         *_rates(every),
         *_amplitudes(loops, convention),
     ]
+
+
+def _signs(loops: LoopSet) -> Iterator[str]:
+    turns = [float(b.angle_arcsec[-1] - b.angle_arcsec[0]) for x in loops.full for b in x.branches]
+    if np.median(turns) < 0:
+        yield (
+            "The angle falls where the torque rises, so torque and angle are counted in opposite "
+            "senses, and the figures mean nothing. Change the sign of one of both columns."
+        )
+        return
+    width = float(np.median([loop.width_arcsec for loop in loops.full]))
+    noise = max(loop.scatter_arcsec for loop in loops.full)
+    if width < -_CLEAR * noise - _ROUNDING * abs(float(np.median(turns))):
+        yield (
+            "The angle is ahead of the torque: the loops gain energy instead of losing it. Torque "
+            "readings that are late do that; check the clocks of both sensors."
+        )
 
 
 def _left_out(loops: LoopSet, every: Sequence[Loop]) -> Iterator[str]:
@@ -52,7 +74,7 @@ def _left_out(loops: LoopSet, every: Sequence[Loop]) -> Iterator[str]:
     where = f"to {low} N m" if low == high else f"to between {low} and {high} N m"
     are = "is" if len(unused) == 1 else "are"
     yield (
-        f"{len(unused)} of {len(every)} loops, {where}, {are} left out: figures are read off the "
+        f"{len(unused)} of {len(every)} loops, {where}, {are} left out: figures are read off whole "
         "loops to the rated torque, or nearest to it, on both sides of zero where there are such, "
         "and the smallest loops bound the play. For figures of another amplitude, state its torque "
         "as the rated one."
@@ -149,6 +171,13 @@ def _rates(every: Sequence[Loop]) -> Iterator[str]:
 
 def _amplitudes(loops: LoopSet, convention: Convention) -> Iterator[str]:
     rated, amplitude = convention.rated_torque_Nm, loops.amplitude_Nm
+    sizes = [loop.amplitude_Nm for loop in loops.full]
+    if max(sizes) - min(sizes) > _OFF_RATED * rated:
+        yield (
+            f"The figures are means over loops to {rounded(min(sizes))} to {rounded(max(sizes))} "
+            "N m: hysteresis loss and loop energy grow with the amplitude. State the torque of the "
+            "loops that you mean as the rated one, or measure to one torque."
+        )
     if abs(amplitude - rated) > _OFF_RATED * rated:
         yield (
             f"The loops go to {rounded(amplitude)} N m, the rated torque is {rounded(rated)} N m: "

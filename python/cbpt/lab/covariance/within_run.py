@@ -3,6 +3,7 @@
     Scatter         standard deviation and correlation inside the runs, and how well they are known
     estimate        from the residuals of a model, right or wrong
     display_step    the step of a display
+    written_step    the last digit of a table
     behind_display  what is known of a scatter behind one
 
 A model that is wrong is so smoothly: along a few readings of one run that follow each other in one
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
+from cbpt.results import ARCSEC_PER_RAD
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -139,6 +141,18 @@ def display_step(values: Floats) -> float:
     step = float(np.ptp(found)) / max(round(float(np.ptp(found)) / step), 1)
     off = (found - found[0]) / step
     return step if np.abs(off - np.round(off)).max() < 0.05 else 0.0
+
+
+def written_step(values_arcsec: Floats) -> float:
+    """One of the last digit in which a table states all angles, in any unit; 0 where there are more
+    digits than matter."""
+    decimal = 10.0 ** np.arange(2, -7, -1)
+    units = np.array([1.0, 60.0, 3600.0, ARCSEC_PER_RAD])
+    for step in sorted(np.outer(units, decimal).ravel(), reverse=True):
+        off = values_arcsec / step
+        if np.abs(off - np.round(off)).max() < 1e-5:
+            return float(step)
+    return 0.0
 
 
 def _stretches(readings: Readings) -> list[Ints]:

@@ -552,9 +552,9 @@ ODDS: dict[str, float] = {
 angle that is wrong by far more than its stated uncertainty is a hundred times less likely than a
 missing effect, and so is an error of an instrument beyond gain, zero and drift, or friction and
 damping by the rate, which look like a late sensor, or friction by another law: without evidence of
-their own they are no rivals of friction. A shaft that a side load moves takes an open lever to be seen at all, so it is ten
-times rarer than an effect; odds of 0.03 let it stand in for rough contacts and bearings
-(docs/explanation/trial-notes.md).
+their own they are no rivals of friction. A shaft that a side load moves takes an open lever to be
+seen at all, so it is ten times rarer than an effect; odds of 0.03 let it stand in for rough
+contacts and bearings (docs/explanation/trial-notes.md).
 """
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
