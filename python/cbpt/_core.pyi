@@ -38,7 +38,8 @@ class Case:
     def friction_between_runs(self, /) -> str:
         """
         Whether friction goes on where a run begins as the one before it ended: if both are timed by one clock
-        (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
+        (``by_clock``), at no run (``released``), or whatever the clocks (``carried``; ``carried_from_above`` and
+        ``carried_from_below`` say from where the torque came before the first run).
         """
     @property
     def friction_coefficient(self, /) -> float:

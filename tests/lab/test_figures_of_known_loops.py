@@ -83,6 +83,7 @@ def departure(found: cbpt.Characteristics, name: str, truth: float) -> float:
     """Of a figure from the truth, in its standard uncertainties."""
     [figure] = [f for f in found.groups[0].readings if f.name == name]
     assert figure.value is not None and figure.u is not None
+    assert figure.u < 1.3 * max(abs(truth), abs(figure.value))
     return abs(figure.value - truth) / max(figure.u, 1e-4 * abs(truth))
 
 
@@ -189,6 +190,26 @@ def test_two_loops_are_no_better_than_their_readings() -> None:
     # Of 16 normal numbers more than 4 lie beyond 2 standard deviations in one of 2,000 cases.
     assert (np.sum(np.array(off) > 2, axis=0) <= 4).all()
     assert np.max(off) < 4
+
+
+@pytest.mark.parametrize("size", [0.01, 1.0, 40.0])
+@pytest.mark.parametrize("turns", [CLOSED, (0, 20, -20, 20, -20, 0)])
+def test_angles_with_all_their_digits_are_not_rounded(size: float, turns: Sequence[float]) -> None:
+    """Small angles are multiples of nothing; two loops may have one branch in common."""
+    torque = along(turns, 0.5)
+    exact = size * plays([0.2, 0.5, 1.0], [2.0, 1.0, 1.0])(torque)
+    noise = np.random.default_rng(1).normal(0, 0.02 * size, len(torque))
+    found = figures((torque, exact + noise))
+    [figure] = [f for f in found.groups[0].readings if f.name == "hysteresis_loss"]
+    assert figure.u is not None and 0.01 * size < figure.u < 0.06 * size
+
+
+def test_runs_that_share_no_torque_have_the_scatter_along_them() -> None:
+    rng = np.random.default_rng(1)
+    runs = [along((side, 20 * side, side), 0.5) for side in (1, -1)]
+    found = figures(*[(t, 12 * t + rng.normal(0, 0.5, len(t))) for t in runs])
+    [figure] = [f for f in found.groups[0].readings if f.name == "torsional_rigidity"]
+    assert figure.u is not None and figure.u > 1e-3
 
 
 def test_opposite_senses_and_a_late_torque_are_told() -> None:

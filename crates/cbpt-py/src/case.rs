@@ -138,7 +138,8 @@ impl Case {
     }
 
     /// Whether friction goes on where a run begins as the one before it ended: if both are timed by one clock
-    /// (``by_clock``), at no run (``released``), or whatever the clocks (``carried``).
+    /// (``by_clock``), at no run (``released``), or whatever the clocks (``carried``; ``carried_from_above`` and
+    /// ``carried_from_below`` say from where the torque came before the first run).
     #[getter]
     fn friction_between_runs(&self) -> &'static str {
         word_of(&History::WORDS, self.case.measurement.friction_between_runs)

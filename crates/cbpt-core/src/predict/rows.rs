@@ -352,8 +352,12 @@ impl Rows {
 
     /// Whether a run begins where the one before it ended, by one clock where that counts.
     fn goes_on(&self, number: usize) -> bool {
-        let before = number.checked_sub(1).map(|before| &self.rows[self.run(before)]);
-        before.is_some_and(|before| self.leads_to(before, &self.rows[self.run(number)]))
+        // A past that nobody measured stands where no run leads to.
+        let Some(before) = number.checked_sub(1).filter(|_| self.places[self.starts[number]] != UNMEASURED)
+        else {
+            return false;
+        };
+        self.leads_to(&self.rows[self.run(before)], &self.rows[self.run(number)])
     }
 
     /// Whether a run goes on from where another one ended. What friction holds does not fade in a pause.

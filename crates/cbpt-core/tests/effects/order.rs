@@ -274,6 +274,11 @@ fn a_run_may_begin_after_a_loop() {
         let mut predictor = predictor(&rows(&run), &["friction_hysteresis"], false);
         predictor.take_history(history);
         assert_eq!(predictor.rows().runs_with_unmeasured_past(), 1);
+        // Nor does a run lead to the past of another one.
+        let mut both = rows(&[&run[..], &[3.0, 6.0, 3.0]].concat());
+        both.run[run.len()..].fill(1);
+        let both = both.rows().unwrap().with_history(history);
+        assert_eq!((both.runs_that_go_on(), both.runs_with_unmeasured_past()), (0, 2));
         let values = typical_values(&predictor);
         let found = predictor.predict(&values, &[]).unwrap().angle_rad;
         for (found, expected) in found.iter().zip(&angles[3..]) {

@@ -44,6 +44,8 @@ _OF_MODEL = (
 )
 _FULL = (0.75, 1.25)
 """Amplitudes of full loops, as shares of the rated torque."""
+_REPEATED = 0.95
+"""Loops that repeat each other differ in amplitude by no more."""
 _UNEVEN = 0.1
 """Share of the readings at which straight branches may bend."""
 _ALIKE = 0.85
@@ -271,21 +273,26 @@ def _step_arcsec(part: Readings, used: LoopSet) -> float:
 
 
 def _scatter(used: LoopSet) -> float:
-    """Standard deviation of a reading: of what loops differ by at the same torques, where there
-    are several and the torque was set, else from second differences along the branches, of which
-    the bends of a loop are a part."""
-    branches = [b for loop in used.full for b in loop.branches]
-    if len(used.full) == 1 or any(b.scattered for b in branches):
-        return neighbour_scatter([b.angle_arcsec for b in branches], 2)
+    """Standard deviation of a reading: of what loops of one amplitude differ by at the same
+    torques, where there are several and the torque was set, else from second differences along the
+    branches, of which the bends of a loop are a part."""
+    most = max(loop.amplitude_Nm for loop in used.full)
+    alike = [loop for loop in used.full if loop.amplitude_Nm >= _REPEATED * most]
     squares, freedom = 0.0, 0
-    for of_way in ([x.rising for x in used.full], [x.falling for x in used.full]):
-        known = [b for b in of_way if b is not None]
-        angles = np.array([b.at(known[0].torque_Nm) for b in known]) if known else np.zeros((0, 0))
+    for of_way in ([x.rising for x in alike], [x.falling for x in alike]):
+        # Two loops of a run may have one branch in common.
+        known = list({b.row.tobytes(): b for b in of_way if b is not None}.values())
+        if len(known) < 2 or any(b.scattered for b in known):
+            continue
+        angles = np.array([b.at(known[0].torque_Nm) for b in known])
         off = angles[:, np.isfinite(angles).all(axis=0)]
-        off = off - off.mean(axis=1, keepdims=True)
-        squares += float(np.sum((off - off.mean(axis=0)) ** 2)) if off.size else 0.0
-        freedom += (len(off) - 1) * max(off.shape[1] - 1, 0)
-    return float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
+        if off.shape[1] > 1:
+            off = off - off.mean(axis=1, keepdims=True)
+            squares += float(np.sum((off - off.mean(axis=0)) ** 2))
+            freedom += (len(off) - 1) * (off.shape[1] - 1)
+    if freedom:
+        return float(np.sqrt(squares / freedom))
+    return neighbour_scatter([b.angle_arcsec for loop in used.full for b in loop.branches], 2)
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ DEFINITIONS: Mapping[str, tuple[str, str]] = {
     "torsional_rigidity": (
         "N m/arcmin",
         "change of torque over change of angle between 50 % and 100 % of rated torque; the angle "
-        "is the mean of both branches and both signs",
+        "is the mean of both branches, on each side of zero that has both",
     ),
     "K1": ("N m/arcmin", _PIECES),
     "K2": ("N m/arcmin", _PIECES),

@@ -39,7 +39,7 @@ class _Limits:
     """How closely figures are looked at."""
 
     draws: int = 40
-    """Of the scatter, for a single loop: their standard deviation is known to 11 %."""
+    """Of the scatter, and of the rounding: their standard deviation is known to 11 %."""
     between: int = 20
     """Of what lies between readings: the root of their mean square is known to 16 %."""
     step: float = 1e-3

@@ -55,9 +55,10 @@ def _signs(loops: LoopSet) -> Iterator[str]:
             "senses, and the figures mean nothing. Change the sign of one of both columns."
         )
         return
-    width = float(np.median([loop.width_arcsec for loop in loops.full]))
-    noise = max(loop.scatter_arcsec for loop in loops.full)
-    if width < -_CLEAR * noise - _ROUNDING * abs(float(np.median(turns))):
+    known = [loop for loop in loops.full if loop.whole and loop.open_arcsec is None]
+    noise = max((loop.scatter_arcsec for loop in known), default=0.0)
+    least = _CLEAR * noise + _ROUNDING * abs(float(np.median(turns)))
+    if known and float(np.median([loop.width_arcsec for loop in known])) < -least:
         yield (
             "The angle is ahead of the torque: the loops gain energy instead of losing it. Torque "
             "readings that are late do that; check the clocks of both sensors."
@@ -175,8 +176,8 @@ def _amplitudes(loops: LoopSet, convention: Convention) -> Iterator[str]:
     if max(sizes) - min(sizes) > _OFF_RATED * rated:
         yield (
             f"The figures are means over loops to {rounded(min(sizes))} to {rounded(max(sizes))} "
-            "N m: hysteresis loss and loop energy grow with the amplitude. State the torque of the "
-            "loops that you mean as the rated one, or measure to one torque."
+            "N m: hysteresis loss and loop energy grow with the amplitude. Measure to one torque, "
+            "or give only the loops of one amplitude."
         )
     if abs(amplitude - rated) > _OFF_RATED * rated:
         yield (

@@ -147,10 +147,11 @@ def written_step(values_arcsec: Floats) -> float:
     """One of the last digit in which a table states all angles, in any unit; 0 where there are more
     digits than matter."""
     decimal = 10.0 ** np.arange(2, -7, -1)
+    most = float(np.ptp(values_arcsec))
     units = np.array([1.0, 60.0, 3600.0, ARCSEC_PER_RAD])
     for step in sorted(np.outer(units, decimal).ravel(), reverse=True):
         off = values_arcsec / step
-        if np.abs(off - np.round(off)).max() < 1e-5:
+        if step <= most and np.abs(off - np.round(off)).max() < 1e-5:
             return float(step)
     return 0.0
 

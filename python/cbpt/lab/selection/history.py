@@ -51,13 +51,14 @@ _NOTES = {
     "repeated": "the readings show that the first loops begin with friction of loops before them, "
     "which were not measured: they are fitted as if the same loop had been run before. "
     f"{_CARRIED}",
-    "carried_from_above": "the readings show that the first run begins with friction of loops "
-    "before it, which were not measured and from which the torque came down to the first reading. "
-    f"{_FROM_ABOVE}",
-    "carried_from_below": "the readings show that the first run begins with friction of loops "
-    "before it, which were not measured and from which the torque came up to the first reading. "
-    f"{_FROM_BELOW}",
+    "carried_from_above": "the readings show that a run that no other leads to, as the first, "
+    "begins with friction of loops before it, which were not measured and from which the torque "
+    f"came down to its first reading. {_FROM_ABOVE}",
+    "carried_from_below": "the readings show that a run that no other leads to, as the first, "
+    "begins with friction of loops before it, which were not measured and from which the torque "
+    f"came up to its first reading. {_FROM_BELOW}",
 }
+_THOUGH = "friction goes on from run to run, though time_s does not, and "
 
 
 def with_its_history(
@@ -135,11 +136,12 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
     """What runs do that they do not as their clocks say; empty where they do the same."""
     here, there = (Assembled(campaign, ()) for campaign in (other, timed))
     past = here.runs_with_unmeasured_past if other.drive.kind == "torsion_spring" else 0
+    goes_on_otherwise = here.runs_that_go_on != there.runs_that_go_on
     if other.history in ("released", "carried"):
-        if here.runs_that_go_on != there.runs_that_go_on:
+        if goes_on_otherwise:
             return _NOTES[other.history]
         return _NOTES["repeated"] if past else ""
-    return _NOTES[other.history] if past else ""
+    return _THOUGH * goes_on_otherwise + _NOTES[other.history] if past else ""
 
 
 def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:
