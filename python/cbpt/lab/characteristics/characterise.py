@@ -42,14 +42,23 @@ _OF_MODEL = (
     "angle between both sides at no torque in the loops of the model without friction, read off "
     "like that of readings"
 )
-_FULL = (0.75, 1.25)
-"""Amplitudes of full loops, as shares of the rated torque."""
-_REPEATED = 0.95
-"""Loops that repeat each other differ in amplitude by no more."""
-_UNEVEN = 0.1
-"""Share of the readings at which straight branches may bend."""
-_ALIKE = 0.85
-"""Loops whose amplitudes differ by no more than this factor are of one amplitude."""
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """Which loops belong together."""
+
+    full: tuple[float, float] = (0.75, 1.25)
+    """Amplitudes of full loops, as shares of the rated torque."""
+    alike: float = 0.85
+    """Loops whose amplitudes differ by no more than this factor are of one amplitude."""
+    repeated: float = 0.95
+    """Loops that repeat each other differ in amplitude by no more."""
+    uneven: float = 0.1
+    """Share of the readings at which straight branches may bend."""
+
+
+_LIMITS = _Limits()
 
 
 def characterise(
@@ -209,11 +218,11 @@ def _used(loops: Sequence[Loop], rated: float) -> LoopSet:
     """The loops that go to the rated torque, or nearest to it, and the smallest ones."""
     whole = [loop for loop in loops if loop.whole] or list(loops)
     size = np.array([loop.amplitude_Nm for loop in whole])
-    full = (size >= _FULL[0] * rated) & (size <= _FULL[1] * rated)
+    full = (size >= _LIMITS.full[0] * rated) & (size <= _LIMITS.full[1] * rated)
     if not full.any():
         near = size[np.argmin(np.abs(np.log(size / rated)))]
-        full = (size >= _ALIKE * near) & (size <= near / _ALIKE)
-    small = size <= size.min() / _ALIKE
+        full = (size >= _LIMITS.alike * near) & (size <= near / _LIMITS.alike)
+    small = size <= size.min() / _LIMITS.alike
     picked = [loop for loop, take in zip(whole, full, strict=True) if take]
     return LoopSet(picked, [loop for loop, take in zip(whole, small, strict=True) if take])
 
@@ -267,7 +276,7 @@ def _step_arcsec(part: Readings, used: LoopSet) -> float:
     as which the even steps of straight branches only look."""
     angles = [b.angle_arcsec for loop in used.full for b in loop.branches]
     bends = np.concatenate([np.abs(np.diff(angle, 2)) for angle in angles])
-    uneven = np.mean(bends > ROUNDING * used.turn_arcsec) > _UNEVEN
+    uneven = np.mean(bends > ROUNDING * used.turn_arcsec) > _LIMITS.uneven
     angle = part.elastic_angle_arcsec
     return max(written_step(angle), display_step(angle) if uneven else 0.0)
 
@@ -277,7 +286,7 @@ def _scatter(used: LoopSet) -> float:
     torques, where there are several and the torque was set, else from second differences along the
     branches, of which the bends of a loop are a part."""
     most = max(loop.amplitude_Nm for loop in used.full)
-    alike = [loop for loop in used.full if loop.amplitude_Nm >= _REPEATED * most]
+    alike = [loop for loop in used.full if loop.amplitude_Nm >= _LIMITS.repeated * most]
     squares, freedom = 0.0, 0
     for of_way in ([x.rising for x in alike], [x.falling for x in alike]):
         # Two loops of a run may have one branch in common.

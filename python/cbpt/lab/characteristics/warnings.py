@@ -7,6 +7,7 @@ step_near_zero_Nm   the step of the torque where lost motion is read
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,19 +20,28 @@ from cbpt.lab.wording.numbers import rounded
 
 RATES = 1.5
 """Loops whose rates differ by more than this factor are not alike."""
-_OFF_RATED = 0.1
-"""Share by which the amplitude of a full loop may differ from the rated torque."""
-_OFF_ZERO = 0.1
-"""Of the torque of lost motion, by which the middle of a loop may be off zero."""
-_LEFT = 0.25
-"""Of the squares by which a loop is lopsided: where the middle leaves more than half of the angle,
-it is not the reason."""
-_CLEAR = 5.0
-"""Standard deviations of a reading by which a loop is clearly turned round."""
-_ROUNDING = 1e-3
-"""Of the angle that a loop turns by, the same where nothing scatters."""
-_SLACK = 1.001
-"""Of a step of the torque, for rounding."""
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """From where on something is told."""
+
+    off_rated: float = 0.1
+    """Share of the rated torque by which amplitudes differ from it, or from each other."""
+    off_zero: float = 0.1
+    """Of the torque of lost motion, by which the middle of a loop is off zero."""
+    left: float = 0.25
+    """Of the squares by which a loop is lopsided: where the middle leaves more than half of the
+    angle, it is not the reason."""
+    clear: float = 5.0
+    """Standard deviations of a reading by which a loop is turned round."""
+    rounding: float = 1e-3
+    """Of the angle that a loop turns by, the same where nothing scatters."""
+    slack: float = 1.001
+    """Of a step of the torque, for rounding."""
+
+
+_LIMITS = _Limits()
 
 
 def cautions(loops: LoopSet, every: Sequence[Loop], convention: Convention) -> list[str]:
@@ -57,7 +67,7 @@ def _signs(loops: LoopSet) -> Iterator[str]:
         return
     known = [loop for loop in loops.full if loop.whole and loop.open_arcsec is None]
     noise = max((loop.scatter_arcsec for loop in known), default=0.0)
-    least = _CLEAR * noise + _ROUNDING * abs(float(np.median(turns)))
+    least = _LIMITS.clear * noise + _LIMITS.rounding * abs(float(np.median(turns)))
     if known and float(np.median([loop.width_arcsec for loop in known])) < -least:
         yield (
             "The angle is ahead of the torque: the loops gain energy instead of losing it. Torque "
@@ -85,7 +95,7 @@ def _left_out(loops: LoopSet, every: Sequence[Loop]) -> Iterator[str]:
 def _coarse(loops: LoopSet, convention: Convention) -> Iterator[str]:
     window = convention.window_Nm
     step = _step_Nm(loops.full, window)
-    if step > window * _SLACK:
+    if step > window * _LIMITS.slack:
         yield (
             f"The steps of the torque near zero ({rounded(step)} N m) are coarser than the "
             f"window of lost motion ({rounded(window)} N m), so lost motion, hysteresis loss, K1 "
@@ -120,11 +130,14 @@ def _off_zero(loops: LoopSet, convention: Convention) -> Iterator[str]:
         if loop.open_arcsec is None
         and friction_torque_Nm(loop) <= MOST_FRICTION * loop.amplitude_Nm
     ]
-    if not known or _step_Nm(known, window) > window * _SLACK:
+    if not known or _step_Nm(known, window) > window * _LIMITS.slack:
         return
     found = [middle_of(loop) for loop in known]
     middle = float(np.mean([each.torque_Nm for each in found]))
-    if abs(middle) < _OFF_ZERO * window or np.mean([each.left for each in found]) > _LEFT:
+    if (
+        abs(middle) < _LIMITS.off_zero * window
+        or np.mean([each.left for each in found]) > _LIMITS.left
+    ):
         return
     about = [
         float(np.mean([_lost_motion(loop, torque, window) for loop in known]))
@@ -173,13 +186,13 @@ def _rates(every: Sequence[Loop]) -> Iterator[str]:
 def _amplitudes(loops: LoopSet, convention: Convention) -> Iterator[str]:
     rated, amplitude = convention.rated_torque_Nm, loops.amplitude_Nm
     sizes = [loop.amplitude_Nm for loop in loops.full]
-    if max(sizes) - min(sizes) > _OFF_RATED * rated:
+    if max(sizes) - min(sizes) > _LIMITS.off_rated * rated:
         yield (
             f"The figures are means over loops to {rounded(min(sizes))} to {rounded(max(sizes))} "
             "N m: hysteresis loss and loop energy grow with the amplitude. Measure to one torque, "
             "or give only the loops of one amplitude."
         )
-    if abs(amplitude - rated) > _OFF_RATED * rated:
+    if abs(amplitude - rated) > _LIMITS.off_rated * rated:
         yield (
             f"The loops go to {rounded(amplitude)} N m, the rated torque is {rounded(rated)} N m: "
             "hysteresis loss and loop energy are those of this amplitude."
