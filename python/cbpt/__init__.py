@@ -87,13 +87,13 @@ if TYPE_CHECKING:
     from cbpt.lab.diagnosis.diagnosis import Diagnosis
     from cbpt.lab.diagnosis.fitted import Fitted, fit
     from cbpt.lab.diagnosis.next_runs import NextRuns, next_runs
-    from cbpt.lab.diagnosis.preflight import Preflight, preflight
     from cbpt.lab.diagnosis.saved import read_answer
     from cbpt.lab.experiment.candidates import Limits
     from cbpt.lab.experiment.isolability import Isolability, isolability
     from cbpt.lab.experiment.plan import Plan, read_plan
     from cbpt.lab.experiment.shortest_plan import Design, shortest_plan
     from cbpt.lab.experiment.simulate import simulate
+    from cbpt.lab.preflight.preflight import Preflight, preflight
     from cbpt.lab.readings.reader import Readings, read_readings
     from cbpt.page.datasheet import datasheet
     from cbpt.results import Angles, solve_many
@@ -118,7 +118,7 @@ _LAZY = {
     "Optimum": "cbpt.design.optimise",
     "ParetoFront": "cbpt.design.front",
     "Plan": "cbpt.lab.experiment.plan",
-    "Preflight": "cbpt.lab.diagnosis.preflight",
+    "Preflight": "cbpt.lab.preflight.preflight",
     "Readings": "cbpt.lab.readings.reader",
     "Sweep": "cbpt.sweeps.result",
     "Tolerance": "cbpt.design.tolerance",
@@ -136,7 +136,7 @@ _LAZY = {
     "next_runs": "cbpt.lab.diagnosis.next_runs",
     "optimise": "cbpt.design.optimise",
     "pareto_front": "cbpt.design.front",
-    "preflight": "cbpt.lab.diagnosis.preflight",
+    "preflight": "cbpt.lab.preflight.preflight",
     "read_answer": "cbpt.lab.diagnosis.saved",
     "read_plan": "cbpt.lab.experiment.plan",
     "read_readings": "cbpt.lab.readings.reader",

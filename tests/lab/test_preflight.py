@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 import cbpt
 from cbpt.cli import main as commands
-from cbpt.lab.diagnosis.preflight_record import Check
-from cbpt.lab.diagnosis.preflight_units import input_side
+from cbpt.lab.preflight.record import Check
+from cbpt.lab.preflight.units import input_side
 from common.comparisons import columns_of, drive_of
 
 SPRING = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}}

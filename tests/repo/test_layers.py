@@ -338,7 +338,7 @@ PACKAGES = (
 WITHIN = {
     "lab": (
         *("wording", "readings", "covariance", "model", "inference"),
-        *("selection", "characteristics", "experiment", "diagnosis", "change"),
+        *("selection", "characteristics", "preflight", "experiment", "diagnosis", "change"),
     ),
     "page": ("document", "report", "inline", "printing", "datasheet", "workbench"),
 }

@@ -95,7 +95,7 @@ def _loop_parser() -> argparse.ArgumentParser:
 
 def preflight(argv: list[str]) -> int:
     """cbpt preflight [CASE] DATA"""
-    from cbpt.lab.diagnosis.preflight import preflight as looked_at
+    from cbpt.lab.preflight.preflight import preflight as looked_at
 
     parser = inputs(
         "cbpt preflight",

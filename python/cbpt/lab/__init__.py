@@ -9,6 +9,7 @@ model        what is predicted for each reading, and what is plausible
 inference    one hypothesis fitted: values, uncertainties, evidence
 selection    hypotheses weighed against each other
 characteristics   the figures of catalogues, read off loops of readings and model
+preflight    a table before any model does
 experiment   campaigns to come: simulated, judged, chosen
 diagnosis    the verbs that answer a user, and how the answer is told
 change       what changed between campaigns

@@ -5,7 +5,6 @@ diagnosis         the answer; diagnosis_data, the same as data; ranking, single 
 by_level          an answer for each level of a column
 fitted            effects added to a case
 next_runs         the run that would decide; deciding_runs, the same for a diagnosis
-preflight         a table before any model; preflight_checks
 compare           the model against the readings; comparison_data, comparison_text, misfit
 why               the answer against each rival, split by readings
 alternatives      what an answer may have missed

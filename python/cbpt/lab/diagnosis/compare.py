@@ -233,7 +233,7 @@ def compare(
 
 def _hints(case: Case | Drive, drive: Drive, readings: Readings) -> Iterator[str]:
     """Torques of the other side, and effects of the case that do nothing."""
-    from cbpt.lab.diagnosis.preflight_units import input_side
+    from cbpt.lab.preflight.units import input_side
 
     if input_side(readings, drive):
         ratio = abs(drive.transmission_ratio)

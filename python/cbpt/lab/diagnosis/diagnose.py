@@ -35,7 +35,6 @@ from cbpt.lab.diagnosis.fit_text import (
 )
 from cbpt.lab.diagnosis.held_angle import held_angle
 from cbpt.lab.diagnosis.held_torque import held_torque
-from cbpt.lab.diagnosis.preflight_units import input_side
 from cbpt.lab.diagnosis.ramped_torque import ramped_torque
 from cbpt.lab.diagnosis.rarer import by_prior_odds_alone
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
@@ -47,6 +46,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
+from cbpt.lab.preflight.units import input_side
 from cbpt.lab.readings.inputs import case_and_readings
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.unit_check import slips

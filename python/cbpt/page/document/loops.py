@@ -13,7 +13,7 @@ from cbpt._core import Case, Drive
 from cbpt.errors import CbptError
 from cbpt.lab.characteristics.characterise import characterise
 from cbpt.lab.characteristics.uncertainty import Figure
-from cbpt.lab.diagnosis.preflight_checks import checks
+from cbpt.lab.preflight.checks import checks
 from cbpt.lab.readings.reader import Readings
 from cbpt.page.document.types import PageDocument
 

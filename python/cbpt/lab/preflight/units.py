@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.errors import CbptError
-from cbpt.lab.diagnosis.preflight_record import Check
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import listed, rounded
 

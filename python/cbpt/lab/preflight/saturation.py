@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.covariance.within_run import display_step
-from cbpt.lab.diagnosis.preflight_record import Check
+from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import listed, rounded
 

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from cbpt._core import Case, Drive
 from cbpt.errors import Say, said
-from cbpt.lab.diagnosis.preflight_checks import blind_to, checks
-from cbpt.lab.diagnosis.preflight_record import Blind, Check
+from cbpt.lab.preflight.checks import checks
+from cbpt.lab.preflight.coverage import blind_to
+from cbpt.lab.preflight.record import Blind, Check
 from cbpt.lab.readings.inputs import case_of, filled_in
 from cbpt.lab.readings.reader import Readings, read_readings
 from cbpt.lab.wording.html import Reported
