@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -15,7 +16,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.inputs import case_of
-from cbpt.lab.selection.fit_effects import predicted
+from cbpt.lab.selection.fit_effects import Fits, predicted
 from cbpt.lab.selection.turning import with_their_turns
 
 Floats = NDArray[np.float64]
@@ -224,10 +225,13 @@ def test_a_friction_that_fell_is_told_by_loops_that_meet_the_clock_alike() -> No
 @pytest.mark.parametrize("turns", ["at_readings", "between_readings"])
 def test_what_the_case_says_of_the_turns_is_not_asked(turns: str) -> None:
     case = SPRING | {"measurement": {"torque_turns": turns}}
-    (campaign,), notes = with_their_turns(
-        [campaign_of(case_of(case), _alike(50, 1.34), ())], lambda campaign: 1 / 0
-    )
-    assert campaign.torque_turns == turns and notes == [""]
+
+    def asked(campaigns: Sequence[Campaign]) -> list[Fits]:
+        raise AssertionError(campaigns)
+
+    (found,) = with_their_turns([campaign_of(case_of(case), _alike(50, 1.34), ())], asked)
+    campaign = found.campaign
+    assert campaign.torque_turns == turns and not found.note
     assert bool(Assembled(campaign, ()).turns_between_readings) == (turns == "between_readings")
 
 
@@ -237,8 +241,8 @@ def test_one_rig_has_one_logger() -> None:
     alike, logged = (campaign_of(case_of(SPRING), table, ()) for table in tables)
 
     def turns(*campaigns: Campaign) -> list[bool]:
-        found, _ = with_their_turns(campaigns, lambda campaign: 0.0)
-        return [bool(Assembled(campaign, ()).turns_between_readings) for campaign in found]
+        found = with_their_turns(campaigns, lambda asked: [{} for _ in asked])
+        return [bool(Assembled(one.campaign, ()).turns_between_readings) for one in found]
 
     assert turns(alike) == [False] and turns(alike, alike) == [False, False]
     assert turns(logged, alike) == [True, True]

@@ -6,6 +6,7 @@ predicted       a case with the effects it has
 fitted          a case with further effects of the library, fitted to the readings
 best_fit        the most probable form and values of some effects
 fits_of_forms   the most probable values in each form
+fits_nearby     the same where a campaign differs little
 best_of_forms   the best of these
 """
 
@@ -40,6 +41,9 @@ from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.starts import places, start_values
 
 Floats = NDArray[np.float64]
+
+Fits = dict[tuple[Variant, ...], Fit]
+"""By the form of each effect."""
 
 _LEADERS = 4
 """Choices of forms that are searched further."""
@@ -138,9 +142,7 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     return best_of_forms(fitter, effects, fits_of_forms(fitter, effects))
 
 
-def fits_of_forms(
-    fitter: Fitter, effects: Sequence[str], among: Collection[str] = ()
-) -> dict[tuple[Variant, ...], Fit]:
+def fits_of_forms(fitter: Fitter, effects: Sequence[str], among: Collection[str] = ()) -> Fits:
     """The most probable fit of some effects in each of their forms, from promising starts.
 
     among: labels of forms to which effects that have any of them are confined, unless no start
@@ -160,25 +162,47 @@ def fits_of_forms(
     return found
 
 
-def _fits(
-    fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]
-) -> dict[tuple[Variant, ...], Fit]:
+def fits_nearby(fitter: Fitter, elsewhere: Fits, known: Fits | None = None) -> Fits:
+    """Those of a campaign that differs little from the one of other fits: in each choice of forms
+    from where it ended there, and the best ones from where choices end that they contain.
+
+    known: fits of this campaign, which stay where they are better. Then only the choices that are
+    best elsewhere are fitted again.
+    """
+    found: Fits = dict(known or {})
+    for variants in _leaders(elsewhere) if known else elsewhere:
+        fit = elsewhere[variants]
+        _keep_best(fitter, variants, [(_start_from(fitter, variants, fit), fit.noise)], found)
+    if not known:
+        _from_what_they_contain(fitter, found, [])
+    return found
+
+
+def _from_what_they_contain(fitter: Fitter, found: Fits, smaller: Sequence[Fit]) -> None:
+    """The best choices once more, from where choices that they contain and smaller fits end."""
+    # Forms of few numbers first: those of more contain them.
+    for variants in sorted(_leaders(found), key=lambda chosen: sum(len(v.sizes) for v in chosen)):
+        inside = [fit for others, fit in found.items() if _contains(variants, others)]
+        starts = [(_start_from(fitter, variants, f), f.noise) for f in (*smaller, *inside)]
+        _keep_best(fitter, variants, starts, found)
+
+
+def _leaders(fits: Fits) -> list[tuple[Variant, ...]]:
+    return sorted(fits, key=lambda variants: -fits[variants].log_evidence)[:_LEADERS]
+
+
+def _fits(fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]) -> Fits:
     """In each choice of one form an effect, from promising starts. The best ones also from where
     each effect ends by itself, and from where choices end that they contain: more effects and more
     numbers hardly ever follow the readings worse."""
-    found: dict[tuple[Variant, ...], Fit] = {}
+    found: Fits = {}
     plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
     for variants in product(*forms):
         starts = [(start, plain) for start in _starts(fitter, null, variants)]
         _keep_best(fitter, variants, starts, found)
     alone = [_fits(fitter, null, [of_one]) for of_one in forms] if len(forms) > 1 else []
     smaller = [max(a.values(), key=lambda fit: fit.log_evidence) for a in alone if a]
-    leaders = sorted(found, key=lambda v: -found[v].log_evidence)[:_LEADERS]
-    # Forms of few numbers first: those of more contain them.
-    for variants in sorted(leaders, key=lambda chosen: sum(len(v.sizes) for v in chosen)):
-        inside = [fit for others, fit in found.items() if _contains(variants, others)]
-        starts = [(_start_from(fitter, variants, f), f.noise) for f in (*smaller, *inside)]
-        _keep_best(fitter, variants, starts, found)
+    _from_what_they_contain(fitter, found, smaller)
     return found
 
 
@@ -186,7 +210,7 @@ def _keep_best(
     fitter: Fitter,
     variants: tuple[Variant, ...],
     starts: Sequence[tuple[Floats, Noise]],
-    found: dict[tuple[Variant, ...], Fit],
+    found: Fits,
 ) -> None:
     """The most probable fit from some starts, if it is more so than the one that was found."""
     got = [fitter.fit(Hypothesis(variants), start, noise) for start, noise in starts]

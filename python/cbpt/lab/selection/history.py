@@ -22,21 +22,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
-from cbpt.errors import InvalidInputError
-from cbpt.lab.inference.crew import side_by_side
-from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign, History
 from cbpt.lab.model.forward import Assembled
-from cbpt.lab.model.own_loops import FRICTION, PLAY
-from cbpt.lab.model.spring_priors import library_of
-from cbpt.lab.selection.fit_effects import fits_of_forms
+from cbpt.lab.selection.friction_fits import FRICTION_EFFECT, evidence_of, friction_fits
 from cbpt.lab.selection.rules import RULES
-from cbpt.lab.selection.turning import with_their_turns
+from cbpt.lab.selection.turning import Turned, with_their_turns
 from cbpt.lab.wording.numbers import listed
 
-_FRICTION, _PLAY = (name.partition(".")[0] for name in (FRICTION, PLAY))
 _HISTORIES: tuple[History, ...] = "released", "carried", "carried_from_above", "carried_from_below"
 _RELEASED, _CARRIED, _FROM_ABOVE, _FROM_BELOW = (
     f'The case of the fit says so to cbpt compare: friction_between_runs = "{word}" under '
@@ -79,20 +71,19 @@ def with_their_history(
     and are then not to differ from the others by it; but for those whose readings tell another one:
     each begins after a past of its own. Where their torques turned back is asked first.
     """
-    campaigns, of_turns = with_their_turns(
-        campaigns, partial(_log_evidence, named=named), named is None or _FRICTION in named
-    )
-    known = [_histories(campaign, named) for campaign in campaigns]
+    friction = named is None or FRICTION_EFFECT in named
+    turned = with_their_turns(campaigns, partial(friction_fits, named=named), friction)
+    known = [_histories(one, named) for one in turned]
     together: dict[History, float] = {
         history: sum(odds[history][0] for odds in known) for history in known[0]
     }
     best = _clearly_best(together, next(iter(together)))
     found, notes = list[Campaign](), list[list[str]]()
-    for campaign, odds, turns in zip(campaigns, known, of_turns, strict=True):
+    for one, odds in zip(turned, known, strict=True):
         history = _clearly_best({name: gained for name, (gained, _) in odds.items()}, best)
         note = odds[history][1]
-        found.append(replace(campaign, history=history) if note else campaign)
-        notes.append([told for told in (turns, note) if told])
+        found.append(replace(one.campaign, history=history) if note else one.campaign)
+        notes.append([told for told in (one.note, note) if told])
     return found, notes
 
 
@@ -108,9 +99,10 @@ def notes_of_levels(names: Sequence[str], notes: Sequence[Sequence[str]]) -> lis
     return told
 
 
-def _histories(campaign: Campaign, named: Sequence[str] | None) -> dict[History, tuple[float, str]]:
+def _histories(turned: Turned, named: Sequence[str] | None) -> dict[History, tuple[float, str]]:
     """The log evidence of each history over that of the clocks, and what it says beside them; the
     usual one first."""
+    campaign = turned.campaign
     found: dict[History, tuple[float, str]] = {campaign.history: (0.0, "")}
     if campaign.history != "by_clock":
         return found  # somebody knows, and the case says it
@@ -118,11 +110,12 @@ def _histories(campaign: Campaign, named: Sequence[str] | None) -> dict[History,
     notes = {history: _what_differs(other, campaign) for history, other in others.items()}
     unlike = [history for history, note in notes.items() if note]
     asked = [campaign, *(others[history] for history in unlike)] if unlike else []
-    odds = side_by_side(campaign, [partial(_log_evidence, each, named) for each in asked])
+    fits = friction_fits(asked, named, turned.friction) if unlike else []
     for history, note in notes.items():
-        gained = odds[1 + unlike.index(history)] - odds[0] if note else 0.0
-        # Where neither has a solution, nothing is gained.
-        found[history] = (0.0 if np.isnan(gained) else gained), note
+        of_history = fits[1 + unlike.index(history)] if note else None
+        # Where one of both has no solution, nothing is gained.
+        gained = evidence_of(of_history) - evidence_of(fits[0]) if of_history else 0.0
+        found[history] = gained, note
     return found
 
 
@@ -142,17 +135,3 @@ def _what_differs(other: Campaign, timed: Campaign) -> str:
             return _NOTES[other.history]
         return _NOTES["repeated"] if past else ""
     return _THOUGH * goes_on_otherwise + _NOTES[other.history] if past else ""
-
-
-def _log_evidence(campaign: Campaign, named: Sequence[str] | None) -> float:
-    """Of friction in its best form, of a torsion spring beside what bends its loops. Where effects
-    are searched a curve stands for a stop, too."""
-    effects, bends = [_FRICTION], ["stiffness_curve", "hard_stop"]
-    if campaign.drive.kind == "torsion_spring":
-        effects += [_PLAY, *(bends[:1] if named is None else (b for b in bends if b in named))]
-    fitter = Fitter(campaign, [v for v in library_of(campaign, effects) if v.effect in effects])
-    try:
-        fits = fits_of_forms(fitter, effects)
-    except InvalidInputError:
-        return -np.inf
-    return max(fit.log_evidence for fit in fits.values())

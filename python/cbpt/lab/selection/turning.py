@@ -1,6 +1,7 @@
 """Whether a torque turned back between its readings or at them: what the readings say.
 
-    with_their_turns   campaigns with the turns that their readings follow better, and their notes
+    Turned             a campaign with the turns that its readings follow better
+    with_their_turns   of campaigns on one rig
 
 Ramps that a logger with a clock has read meet between readings (`predict/turns.rs`). That may not
 be where the torque turned back: it was set and held, the controller rounds its corners, or somebody
@@ -16,12 +17,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.forward import Assembled
+from cbpt.lab.selection.fit_effects import Fits
+from cbpt.lab.selection.friction_fits import evidence_of
 from cbpt.lab.selection.rules import RULES
+
+FrictionOf = Callable[[Sequence[Campaign]], list[Fits]]
+"""Fits of friction in each of some campaigns; empty where the model has no solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +52,6 @@ class _Asked:
             return cls(meeting, campaign, alike=True)
         return None
 
-    def gained(self, log_evidence: Callable[[Campaign], float]) -> float:
-        """Log evidence of turns at readings over that of turns between them."""
-        gained = log_evidence(self.at_readings) - log_evidence(self.between)
-        # Where one of both has no solution nothing is told.
-        return gained if np.isfinite(gained) else 0.0
-
     def said(self, gained: Sequence[float], usual: float) -> tuple[Campaign, str]:
         """The campaign with the turns that the first clear gain speaks for, else the usual ones;
         and a note, unless all is as usual."""
@@ -65,22 +63,34 @@ class _Asked:
         return self.at_readings, _AT_READINGS
 
 
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """A campaign with the turns that its readings follow better."""
+
+    campaign: Campaign
+    note: str = ""
+    """Empty where nothing turned back between readings."""
+    friction: Fits | None = None
+    """Fits of friction with these turns; None where they were not asked."""
+
+
 def with_their_turns(
-    campaigns: Sequence[Campaign],
-    log_evidence: Callable[[Campaign], float],
-    friction: bool = True,
-) -> tuple[list[Campaign], list[str]]:
+    campaigns: Sequence[Campaign], friction_of: FrictionOf, friction: bool = True
+) -> list[Turned]:
     """Campaigns of one rig, all with turns between readings or all with turns at them, whichever is
     more probable; a campaign whose own readings clearly say otherwise goes by these. Where nothing
     is clear they turn back at the readings, unless turns of a table meet the clock in different
-    places. With a note of each, empty where nothing turned back between readings.
+    places.
 
-    log_evidence: of friction, given a campaign.
     friction: whether it is among what is fitted.
     """
     asked = [_Asked.of(campaign, friction) for campaign in campaigns]
-    works = [partial(one.gained, log_evidence) if one else float for one in asked]
-    gained = side_by_side(campaigns[0], works)
+    fits = side_by_side(campaigns[0], [partial(_fits, one, friction_of) for one in asked])
+    # Where one of both has no solution nothing is told.
+    gained = [
+        evidence_of(at_readings) - evidence_of(between) if at_readings and between else 0.0
+        for at_readings, between in fits
+    ]
     together = float(sum(gained))
     # Where one table shows that a clock has logged it, the others of the rig were logged too.
     logged = any(
@@ -88,11 +98,24 @@ def with_their_turns(
         for one, own in zip(asked, gained, strict=True)
     )
     usual = -1.0 if logged else 1.0
-    told = [
-        (campaign, "") if one is None else one.said((own, together), usual)
-        for campaign, one, own in zip(campaigns, asked, gained, strict=True)
-    ]
-    return [campaign for campaign, _ in told], [note for _, note in told]
+    found = []
+    for campaign, one, own, (at_readings, between) in zip(
+        campaigns, asked, gained, fits, strict=True
+    ):
+        if one is None:
+            found.append(Turned(campaign))
+            continue
+        chosen, note = one.said((own, together), usual)
+        found.append(Turned(chosen, note, between if chosen is one.between else at_readings))
+    return found
+
+
+def _fits(one: _Asked | None, friction_of: FrictionOf) -> tuple[Fits, Fits]:
+    """With turns at the readings, and between them."""
+    if one is None:
+        return {}, {}
+    at_readings, between = friction_of([one.at_readings, one.between])
+    return at_readings, between
 
 
 _AT_READINGS = (
