@@ -273,7 +273,7 @@ def test_other_columns(write: Write) -> None:
     [
         ("0,600,3\n0,700,4\n", "the torque is 0 in every row"),
         ("5,600,3\n5,700,4\n", "the torque is 5 N m in every row"),
-        ("1,600,3\n2,700,7200\n", "the largest elastic angle is 2 deg, more than usual: check"),
+        ("1,600,3\n2,700,14400\n", "the elastic angle goes 2 deg from the middle of its run, more"),
         ("1,600,3\n2,600,4\n", "the preload is the same in every row"),
         (
             "1,600,3\n# pause\n2,700,4\n",

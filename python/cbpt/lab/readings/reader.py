@@ -41,6 +41,7 @@ from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.remarks import are_levels, remarks, taken_together
 from cbpt.lab.readings.stretches import stretches
 from cbpt.lab.readings.text import Column, Loaded, Table
+from cbpt.lab.readings.whole_turns import absurd, unwrapped, unwrapped_note
 
 __all__ = ["Readings", "read_readings"]
 
@@ -517,7 +518,7 @@ class _Reader:
                 cosine = np.cos(values["elastic_angle"] / _ARCSEC_PER_RAD)
                 slope = values["u_sensor_displacement"] / arm_um
                 values["u_elastic_angle"] = slope * cosine**2 * _ARCSEC_PER_RAD
-        self.stop_if_absurd(values, line)
+        self.check_angles(values, run, line)
         everywhere = {key: np.full(len(line), value) for key, value in self.fill.items()}
         values = {"input_angle": np.zeros(len(line))} | everywhere | values
         return Readings(
@@ -537,18 +538,16 @@ class _Reader:
             place=self.table.place,
         )
 
-    def stop_if_absurd(self, values: dict[str, Floats], line: Ints) -> None:
-        """Angles beyond half a turn and uncertainties of nothing are slips of a unit or a digit."""
-        half_a_turn = np.pi * _ARCSEC_PER_RAD
-        for key, least in (("elastic_angle", 0.0), ("u_elastic_angle", 1e-9)):
-            found = np.abs(values.get(key, np.ones(0)))
-            rows = np.flatnonzero((found > half_a_turn) | (found < least))
-            if len(rows):
-                expected = f"an angle below 180 deg{' and above 1e-9 arcsec' if least else ''}"
-                value = f"{found[rows[0]]:g} arcsec"
-                remedy = "check the unit of the column"
-                column = _QUANTITY[key].column
-                self.wrong(column, value, expected, remedy, lines=line[rows].tolist())
+    def check_angles(self, values: dict[str, Floats], run: NDArray[Any], line: Ints) -> None:
+        """Takes whole turns off the angles, and stops at angles that no drive has."""
+        index = np.unique(run, return_inverse=True)[1].ravel()
+        if "elastic_angle" in values:
+            values["elastic_angle"], jumps = unwrapped(values["elastic_angle"], index)
+            if len(jumps):
+                self.notes.append(unwrapped_note(self.table.place, line[jumps].tolist()))
+        for key, rows, value, expected in absurd(values, index):
+            remedy = "check the unit of the column"
+            self.wrong(_QUANTITY[key].column, value, expected, remedy, lines=line[rows].tolist())
         self.stop_if_wrong()
 
     def in_time(self, readings: Readings, has_runs: bool) -> Readings:
@@ -568,7 +567,9 @@ class _Reader:
         for k in same[: ReadingsError.MOST].tolist():
             twice = f"{t[k]:g} s twice in run {readings.run[by_time[k]]}"
             expected = "a different time for each reading of a run"
-            self.wrong("time_s", twice, expected, remedy, sorted(line[k : k + 2].tolist()))
+            copied = "remove the copy, as both rows have the same torque and angle"
+            how = copied if readings.alike(*by_time[k : k + 2].tolist()) else remedy
+            self.wrong("time_s", twice, expected, how, sorted(line[k : k + 2].tolist()))
         if starts_anew:
             # A clock that starts anew for each loop looks just so: sorting would mix the loops.
             late = rows[1:][np.diff(time[rows]) < 0][0]

@@ -123,6 +123,11 @@ class Readings:
         result[grouped] = step
         return result
 
+    def alike(self, one: int, other: int) -> bool:
+        """Whether two readings have the same torque and the same angle to the last digit."""
+        columns = self.torque_Nm, self.elastic_angle_arcsec
+        return all(bool(column[one] == column[other]) for column in columns)
+
     def select(self, mask: ArrayLike) -> Readings:
         """The readings where `mask` (bool of shape (n,), or row indices) says, in that order.
 

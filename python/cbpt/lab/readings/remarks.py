@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cbpt.lab.readings.readings import Readings
+from cbpt.lab.readings.whole_turns import about_runs
 
 _LARGEST_ANGLE_ARCSEC = 3600.0  # an elastic angle of a degree: a broken drive or a wrong unit
 _MOST_LABELS, _SHOWN_LABELS = 24, 3
@@ -26,11 +27,11 @@ def remarks(readings: Readings) -> list[str]:
         notes.append("the torque is 0 in every row")
     elif len(torque) > 1 and torque.min() == torque.max():
         notes.append(f"the torque is {torque[0]:g} N m in every row")
-    largest = np.abs(readings.elastic_angle_arcsec).max()
+    largest = np.abs(about_runs(readings.elastic_angle_arcsec, readings.run_index)).max()
     if largest > _LARGEST_ANGLE_ARCSEC:
         notes.append(
-            f"the largest elastic angle is {largest / 3600:.3g} deg, more than usual: check the "
-            "unit of the column"
+            f"the elastic angle goes {largest / 3600:.3g} deg from the middle of its run, more "
+            "than usual: check the unit of the column"
         )
     if preload is not None and preload.min() == preload.max():
         notes.append(
