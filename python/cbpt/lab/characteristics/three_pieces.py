@@ -90,12 +90,18 @@ def _fitted(torque: Floats, angle: Floats, first: float, second: float) -> tuple
     return slopes, angle - columns @ slopes
 
 
-def _squares(torque: Floats, angle: Floats, first: float, second: float) -> float:
-    """What the best slopes leave, by the normal equations: quick, and good enough to choose by."""
-    columns = _columns(torque, first, second)
-    by_angle = columns.T @ angle
-    slopes = np.linalg.solve(columns.T @ columns + 1e-12 * np.eye(3), by_angle)
-    return float(angle @ angle - by_angle @ slopes)
+def _squares(torque: Floats, angle: Floats, places: Floats, pairs: NDArray[np.int64]) -> Floats:
+    """What the best slopes leave with breaks at each pair of places, shape (k,), by the normal
+    equations: quick, and good enough to choose by."""
+    # Three pieces are a straight line that bends at two places.
+    bends = np.maximum(torque - places[:, None], 0.0)
+    columns = np.vstack([torque, bends])
+    products, by_angle = columns @ columns.T, columns @ angle
+    chosen = np.column_stack([np.zeros(len(pairs), dtype=np.int64), 1 + pairs])
+    matrix = products[chosen[:, :, None], chosen[:, None, :]] + 1e-12 * np.eye(3)
+    right = by_angle[chosen]
+    slopes = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+    return np.asarray(angle @ angle - np.sum(right * slopes, axis=1))
 
 
 def _searched(torque: Floats, angle: Floats) -> tuple[float, float]:
@@ -103,20 +109,37 @@ def _searched(torque: Floats, angle: Floats) -> tuple[float, float]:
 
     inside = np.unique(torque)[1:-1]
     places = np.unique(np.quantile(inside, np.linspace(0, 1, _LIMITS.searched), method="nearest"))
-    pairs = np.column_stack([places[of] for of in np.triu_indices(len(places), 1)])
-    lefts = [_squares(torque, angle, *pair) for pair in pairs]
-    start = pairs[int(np.argmin(lefts))] if len(pairs) else places[[0, -1]]
-    best = float(np.min(lefts)) if len(pairs) else np.inf
+    pairs = np.column_stack(np.triu_indices(len(places), 1))
+    lefts = _squares(torque, angle, places, pairs) if len(pairs) else np.array([np.inf])
+    start = places[pairs[int(np.argmin(lefts))]] if len(pairs) else places[[0, -1]]
     low, high = float(inside[0]), float(inside[-1])
     size = float(np.ptp(angle)) or 1.0
 
     def rest(breaks: Floats) -> Floats:
         return np.asarray(_fitted(torque, angle, *np.sort(breaks))[1] / size)
 
+    def derivative(breaks: Floats) -> Floats:
+        """Of what is left once the slopes follow (Kaufman 1975): a break moves what lies beyond it
+        by how much the slope changes there, but for what the slopes make up for."""
+        order = np.argsort(breaks)
+        first, second = breaks[order]
+        slopes, _ = _fitted(torque, angle, first, second)
+        columns = np.linalg.qr(_columns(torque, first, second))[0]
+        moved = np.diff(slopes) * (torque[:, None] > breaks[order])
+        found = np.empty_like(moved)
+        found[:, order] = moved - columns @ (columns.T @ moved)
+        return found / size
+
     tight = 1e-12
     bounds = ([low, low], [high, high])
     found = least_squares(
-        rest, start, bounds=bounds, xtol=tight, ftol=tight, gtol=tight, max_nfev=_LIMITS.polished
+        *(rest, start, derivative),
+        bounds=bounds,
+        xtol=tight,
+        ftol=tight,
+        gtol=tight,
+        max_nfev=_LIMITS.polished,
     )
+    best = float(lefts.min())
     first, second = np.sort(found.x if 2 * found.cost * size**2 <= best else start)
     return float(first), float(second)
