@@ -153,6 +153,8 @@ class Loop:
     """By how much the angle is larger at the end than at the start; None where no torque was
     reached twice the same way."""
     rate_Nm_per_s: float | None = None
+    stated_u_arcsec: float = 0.0
+    """The stated uncertainty of its readings, the median; 0 where none is stated."""
 
     @property
     def branches(self) -> list[Branch]:
@@ -184,8 +186,9 @@ class Loop:
 
     @property
     def scatter_arcsec(self) -> float:
-        """Standard deviation of a reading, 0 where few readings cannot tell."""
-        return _scatter_arcsec(self.branches)
+        """Standard deviation of a reading: the stated one where few readings cannot tell, 0 where
+        none is stated either."""
+        return _scatter_arcsec(self.branches) or self.stated_u_arcsec
 
     @property
     def first_leg_J(self) -> float:
@@ -237,11 +240,13 @@ def loops_of(readings: Readings) -> list[Loop]:
 def _of_run(readings: Readings, rows: Ints) -> list[Loop]:
     """Loops with the finest turns that give whole ones; where the torque slips back along a leg,
     fine turns cut a loop into pieces."""
+    u = readings.u_elastic_angle_arcsec
+    stated = 0.0 if u is None else float(np.median(u[rows]))
     for least in _LIMITS.turns:
         legs = _legs(readings, rows, least)
         whole = list(_whole(legs, -1)) or list(_whole(legs, 1))
         if whole:
-            return whole
+            return [replace(loop, stated_u_arcsec=stated) for loop in whole]
     return list(_halves(_legs(readings, rows, _LIMITS.turns[0])))
 
 
@@ -397,11 +402,15 @@ def _gap_at_joint(before: _Leg, leg: _Leg, after: _Leg) -> float | None:
 
 
 def _gap(last: _Leg, first: _Leg) -> float | None:
-    """The angle at the end of one leg less that at the start of an earlier one, at one torque."""
-    if abs(last.end - first.start) > 0.02 * abs(first.start):
+    """The angle at the end of one leg less that at the start of an earlier one, at one torque: as
+    much as both torques differ the leg turns on."""
+    over = last.end - first.start
+    if abs(over) > 0.02 * abs(first.start):
         return None
     angle = last.readings.elastic_angle_arcsec
-    return float(angle[last.rows[-1]] - angle[first.rows[0]])
+    end = float(angle[last.rows[-1]])
+    slope = (end - float(angle[last.rows[0]])) / (last.end - last.start)
+    return end - slope * over - float(angle[first.rows[0]])
 
 
 def _halves(legs: Sequence[_Leg]) -> Iterator[Loop]:

@@ -1,14 +1,16 @@
-"""Loops as they were run: steps of the torque, its noise, closing, and the zeros of runs.
+"""Torques of loops as they were run: their steps near zero, and their scatter.
 
-steps_check, torque_noise_check, closed_check, zeros_check
+steps_check          steps near zero against the window of lost motion
+torque_noise_check   what the scatter of the torque does to the loops
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
 from cbpt.lab.characteristics.loops import Loop
@@ -16,8 +18,11 @@ from cbpt.lab.characteristics.warnings import step_near_zero_Nm
 from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.saturation import follows_torque, saturated
-from cbpt.lab.readings.reader import Readings
+from cbpt.lab.preflight.sizes import to_resolve_arcsec, turn_arcsec
+from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -25,84 +30,89 @@ class _Limits:
     """From where another look is due."""
 
     window: float = 0.03
-    """Share of the largest torque at which lost motion is read."""
+    """Share of the rated torque at which lost motion is read."""
+    uneven: float = 1.5
+    """Slope across that window over that of the whole loop from which on a straight line between
+    coarse steps is no good."""
+    slack: float = 1.001
+    """Of a step, for rounding."""
+    looked_at: int = 100
+    """Loops on which the slope is looked at, spread over all."""
 
 
 _LIMITS = _Limits()
 
 
-def steps_check(loops: list[Loop]) -> Iterator[Check]:
+def steps_check(loops: list[Loop], case: Case | Drive | None) -> Iterator[Check]:
+    """Steps near zero torque, where lost motion is read off."""
     if not loops:
         return
-    window = _LIMITS.window * max(loop.amplitude_Nm for loop in loops)
+    name = "steps of the torque"
+    rated = case.rated_torque_Nm if isinstance(case, Case) else None
+    window = _LIMITS.window * (rated or max(loop.amplitude_Nm for loop in loops))
     branches = [branch for loop in loops for branch in loop.branches]
     largest = step_near_zero_Nm(branches, window)
     if not largest:
         words = "no readings come near zero torque, where lost motion is read off"
-        yield Check("steps of the torque", "look", words, "Begin and end each loop at zero torque.")
+        yield Check(name, "look", words, "Begin and end each loop at zero torque.")
         return
     words = (
-        f"steps of {rounded(largest)} N m near zero, window of lost motion {rounded(window)} N m"
+        f"steps of {rounded(largest)} N m near zero; lost motion is read off at "
+        f"+-{rounded(window)} N m"
     )
-    fine = largest <= window * 1.001
-    remedy = "Take finer steps near zero: there the angle changes most."
-    yield Check("steps of the torque", "good" if fine else "look", words, remedy * (not fine))
+    uneven = _unevenness(loops, window)
+    if largest <= window * _LIMITS.slack:
+        yield Check(name, "good", words)
+    elif uneven <= _LIMITS.uneven:
+        words += ", and the angle changes there about as evenly as elsewhere"
+        yield Check(name, "good", words)
+    else:
+        words += f"; the angle changes there {rounded(uneven)} times as fast as elsewhere"
+        yield Check(name, "look", words, "Take finer steps near zero, or lost motion is a guess.")
+
+
+def _unevenness(loops: Sequence[Loop], window_Nm: float) -> float:
+    """How much faster the angle changes across the window than over the whole loop, about the
+    middle of its branches; the median over loops."""
+    ends = window_Nm * np.array([-1.0, 1.0])
+    found = []
+    for loop in loops[:: 1 + len(loops) // _LIMITS.looked_at]:
+        near = [np.diff(branch.at(ends))[0] / (2 * window_Nm) for branch in loop.branches]
+        far = [np.ptp(b.angle_arcsec) / max(np.ptp(b.torque_Nm), 1e-300) for b in loop.branches]
+        if np.isfinite(near).all() and np.mean(far) > 0:
+            found.append(abs(float(np.mean(near) / np.mean(far))))
+    return float(np.median(found)) if found else 1.0
 
 
 def torque_noise_check(r: Readings, loops: list[Loop]) -> Check:
-    scattered = sum(any(b.scattered for b in loop.branches) for loop in loops)
+    """Whether the torque scatters along its way, and by how much that moves the angle."""
+    name = "noise of the torque"
+    scattered = [loop for loop in loops if any(branch.scattered for branch in loop.branches)]
     if not scattered:
-        return Check("noise of the torque", "good", "the torque moves one way along each branch")
-    size = []
-    for run in range(int(r.run_index.max()) + 1):
-        torque = r.torque_Nm[r.run_index == run]
-        if len(torque) > 4:
-            size.append(neighbour_scatter([torque], 3))
+        return Check(name, "good", "the torque moves one way along each branch")
+    scatter, of_angle = (_in_time(r, values) for values in (r.torque_Nm, r.elastic_angle_arcsec))
+    reach = 2 * float(np.median([loop.amplitude_Nm for loop in scattered]))
+    slope = turn_arcsec(scattered) / max(reach, 1e-300)
     words = (
-        f"in {scattered} of {len(loops)} loops the torque goes back and forth along a branch; it "
-        f"scatters by about {rounded(float(np.median(size)))} N m"
+        f"the torque goes back and forth along the branches: it scatters by about "
+        f"{rounded(scatter)} N m, by which the angle changes by {rounded(scatter * slope)} arcsec"
     )
-    remedy = "Measure the torque itself, or average more of it into each reading"
+    if scatter * slope <= max(to_resolve_arcsec(scattered), of_angle):
+        return Check(name, "good", words)
+    remedy = (
+        "Measure the torque itself if it comes from a current, or average more of it into each "
+        "reading"
+    )
     commands = [] if saturated(r) else follows_torque(r)
     if commands:
         columns = " or ".join(map(repr, commands))
         remedy += f", or take {columns}, which follows it without a limit, if it is a torque"
     remedy += "; play and friction are else found too wide."
-    return Check("noise of the torque", "look", words, remedy)
+    return Check(name, "look", words, remedy)
 
 
-def closed_check(loops: list[Loop]) -> Check:
-    whole = [loop for loop in loops if loop.whole]
-    words = f"{len(whole)} whole, {len(loops) - len(whole)} half or one-way"
-    if not whole:
-        remedy = "Run one and a quarter cycles: 0, +T, -T, +T, and on to -T."
-        return Check("loops", "lost", words, remedy)
-    composed = sum(loop.composed for loop in whole)
-    open_ = sum(loop.open_arcsec is not None for loop in whole)
-    if open_:
-        words += f"; {open_} {'does' if open_ == 1 else 'do'} not close"
-        remedy = "Repeat the cycle until it closes; a first loading and drift do not."
-        return Check("loops", "look", words, remedy)
-    if composed:
-        words += f"; {composed} start and end at zero torque, and may hold a first loading"
-        return Check("loops", "look", words, "Run a quarter cycle more.")
-    return Check("loops", "good", words)
-
-
-def zeros_check(r: Readings, case: Case | Drive | None) -> Check:
-    """The first reading near zero torque of each run against those of the others."""
-    near = np.abs(r.torque_Nm) <= _LIMITS.window * float(np.abs(r.torque_Nm).max())
-    runs = [np.flatnonzero(near & (r.run_index == k)) for k in range(int(r.run_index.max()) + 1)]
-    firsts = np.array([r.elastic_angle_arcsec[rows[0]] for rows in runs if len(rows)])
-    if len(firsts) < 2:
-        return Check("zeros of runs", "good", "too few runs come near zero torque to compare them")
-    spread = float(np.std(firsts, ddof=1))
-    size = float(np.ptp(r.elastic_angle_arcsec))
-    words = f"the runs start {rounded(spread)} arcsec apart (standard deviation)"
-    common = not (isinstance(case, Case) and case.zero == "per_run")
-    u = r.u_elastic_angle_arcsec
-    much = spread > (0.02 * size if u is None else 5 * float(np.median(u)))
-    if much and common:
-        remedy = 'Set zero = "per_run" under [measurement], or zero the sensor once for all runs.'
-        return Check("zeros of runs", "look", words, remedy)
-    return Check("zeros of runs", "good", words)
+def _in_time(r: Readings, values: Floats) -> float:
+    """Standard deviation of a column beside its neighbours in time, the median over runs."""
+    runs = [values[r.run_index == run] for run in range(int(r.run_index.max()) + 1)]
+    size = [neighbour_scatter([run], 3) for run in runs if len(run) > 4]
+    return float(np.median(size)) if size else 0.0

@@ -53,6 +53,12 @@ class _Limits:
 _LIMITS = _Limits()
 
 
+_CUT_ANGLE = (
+    "Is the angle sensor at the end of its range? Widen it, or leave these readings out. If not, "
+    "the drive is at a hard stop."
+)
+
+
 @dataclass(frozen=True)
 class _Found:
     """One column at one end in one run."""
@@ -72,15 +78,39 @@ def saturation_check(r: Readings) -> Check:
     angles = [f.at for f in found if f.kind == "angle"]
     several = int(r.run_index.max()) > 0 if len(r) else False
     found = [f for f in found if f.kind != "angle" or not several or angles.count(f.at) > 1]
-    if not found:
-        return Check("ends of the ranges", "good", "no column stays at its end while others go on")
     parts = [
         _told(kind, those)
         for kind in ("command", "torque", "angle", "both")
         if (those := [f for f in found if f.kind == kind])
     ]
+    if not any(f.kind == "angle" for f in found) and (alike := _same_end(r)):
+        parts.append((alike, _CUT_ANGLE))
+    if not parts:
+        return Check("ends of the ranges", "good", "no column stays at its end while others go on")
     words, remedies = zip(*parts, strict=True)
     return Check("ends of the ranges", "look", "; ".join(words), " ".join(remedies))
+
+
+def _same_end(r: Readings) -> str:
+    """What is said where many readings have the largest or the least angle to the last digit, under
+    conditions that differ, and hardly two have any other: few readings of each run may reach it."""
+    if not np.ptp(r.elastic_angle_arcsec) > 0:
+        return ""
+    told = []
+    values, index = np.unique(r.elastic_angle_arcsec, return_inverse=True)
+    count = np.bincount(index.ravel(), minlength=len(values))
+    for end, word, others in ((-1, "largest", count[:-1]), (0, "least", count[1:])):
+        here = index.ravel() == end % len(values)
+        columns = (r.torque_Nm, r.preload_N, r.input_angle_deg)
+        differ = any(np.ptp(column[here]) > 0 for column in columns if column is not None)
+        torque = r.torque_Nm[here]
+        alike = max(_LIMITS.fewest, _LIMITS.clear * float(others.max(initial=0)))
+        if count[end] >= alike and differ:
+            told.append(
+                f"{count[end]} readings have the same {word} angle, {rounded(values[end])} arcsec, "
+                f"under torques of {rounded(torque.min())} to {rounded(torque.max())} N m"
+            )
+    return "; ".join(told)
 
 
 def saturated(r: Readings) -> bool:
@@ -112,10 +142,7 @@ def _told(kind: Kind, found: list[_Found]) -> tuple[str, str]:
         )
     if kind == "angle":
         words = f"{which} the angle stays while the torque goes on to {beyond} N m and back"
-        return words, (
-            "Is the angle sensor at the end of its range? Widen it, or leave these readings out. "
-            "If not, the drive is at a hard stop."
-        )
+        return words, _CUT_ANGLE
     words = f"{which} torque and angle stay the same to the last digit at the end of the loop"
     return words, "Were both columns cut there, or the signals frozen? Leave these readings out."
 

@@ -46,6 +46,11 @@ class _Limits:
     friction turns less than in proportion in a small loop, but not a multiple in a like one."""
     follows: float = 0.5
     """Least correlation of angle and torque in a run that tells a slope."""
+    varies: float = 0.1
+    """Share of the largest range of a torque in a run from which on a run varies its torque."""
+    dead: float = 1 / 3
+    """Share of what its torque would turn it by, up to which an angle that does not follow is dead;
+    and of what other runs turn by, from which on a torque that stays is."""
     answers: int = 3
     """Explanations that are asked about."""
 
@@ -79,6 +84,7 @@ _SLIPS = (
     _Slip("are the angles in rad, not in arcsec", angle=1e3 * _ARCSEC_PER_MRAD),
     _Slip("are the angles in arcsec, not in rad", angle=1e-3 / _ARCSEC_PER_MRAD),
     _Slip("are the preloads in kN, not in N", preload=1e3),
+    _Slip("are the preloads in kgf, not in N", preload=9.81),
     _Slip("are the preloads in mN, not in N", preload=1e-3),
 )
 
@@ -93,20 +99,57 @@ class _Runs:
     torque_Nm: Floats
     angle_arcsec: Floats
     """Ranges."""
+    largest_arcsec: float
+    """Half of the largest range of an angle within a run."""
+    between: bool = False
+    """Whether no run varies its torque, so that all readings together stand for one."""
+    deaf: tuple[str, ...] = ()
+    """Runs whose angle does not follow a torque that varies, and hardly moves."""
+    stuck: tuple[str, ...] = ()
+    """Runs whose torque stays, while their angle moves as that of the others does."""
 
     @classmethod
     def of(cls, r: Readings) -> _Runs:
-        names, rows = [], []
-        for run in range(int(r.run_index.max()) + 1 if len(r) else 0):
-            mine = r.run_index == run
-            torque, angle = r.torque_Nm[mine], r.elastic_angle_arcsec[mine]
-            x, y = torque - torque.mean(), angle - angle.mean()
-            both = float(x @ y)
-            if abs(both) > _LIMITS.follows * float(np.sqrt((x @ x) * (y @ y))):
-                names.append(str(r.run[mine][0]))
-                rows.append([both / float(x @ x), float(np.ptp(torque)), float(np.ptp(angle))])
-        table = np.array(rows, dtype=np.float64).reshape(-1, 3)
-        return cls(names, *table.T)
+        rows = [np.flatnonzero(r.run_index == k) for k in range(int(r.run_index.max()) + 1)]
+        torque = np.array([np.ptp(r.torque_Nm[mine]) for mine in rows])
+        angle = np.array([np.ptp(r.elastic_angle_arcsec[mine]) for mine in rows])
+        names = [str(r.run[mine[0]]) for mine in rows]
+        varies = torque > _LIMITS.varies * torque.max()
+        half = 0.5 * float(angle.max())
+        if not varies.any() and np.ptp(r.torque_Nm) > 0:
+            half = 0.5 * float(np.ptp(r.elastic_angle_arcsec))
+            found = _slope(r, np.arange(len(r)))
+            known = [] if found is None else [found]
+            return cls(["all"] * len(known), *_table(known), half, between=True)
+        slopes = [_slope(r, mine) for mine in rows]
+        told = [found for found in slopes if found is not None]
+        usual = float(np.median(np.abs([found[0] for found in told]))) if told else 0.0
+        turns = float(np.median([found[2] for found in told])) if told else 0.0
+        quiet = np.array([found is None for found in slopes])
+        deaf = quiet & varies & (angle < _LIMITS.dead * usual * torque)
+        stuck = quiet & ~varies & (angle > (1 - _LIMITS.dead) * turns) & bool(told)
+        return cls(
+            [name for name, found in zip(names, slopes, strict=True) if found is not None],
+            *_table(told),
+            half,
+            deaf=tuple(name for name, so in zip(names, deaf.tolist(), strict=True) if so),
+            stuck=tuple(name for name, so in zip(names, stuck.tolist(), strict=True) if so),
+        )
+
+
+def _slope(r: Readings, rows: NDArray[np.int64]) -> tuple[float, float, float] | None:
+    """Slope, range of the torque and range of the angle; None where the angle does not follow."""
+    torque, angle = r.torque_Nm[rows], r.elastic_angle_arcsec[rows]
+    x, y = torque - torque.mean(), angle - angle.mean()
+    both = float(x @ y)
+    if abs(both) <= _LIMITS.follows * float(np.sqrt((x @ x) * (y @ y))):
+        return None
+    return both / float(x @ x), float(np.ptp(torque)), float(np.ptp(angle))
+
+
+def _table(rows: list[tuple[float, float, float]]) -> tuple[Floats, Floats, Floats]:
+    slope, torque, angle = np.array(rows, dtype=np.float64).reshape(-1, 3).T
+    return slope, torque, angle
 
 
 def unit_checks(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
@@ -221,21 +264,43 @@ def _beyond(factor: float, limit: float) -> bool:
 
 
 def _units(r: Readings, runs: _Runs, model: _Model | None) -> Check:
-    size = float(np.abs(r.elastic_angle_arcsec - np.median(r.elastic_angle_arcsec)).max())
+    size = runs.largest_arcsec
     torque = float(np.abs(r.torque_Nm).max())
     words = f"angles reach {rounded(size)} arcsec about their middle, torques {rounded(torque)} N m"
+    if lost := _lost_signals(runs):
+        return Check("units", "look", f"{words}; {lost[0]}", lost[1])
     low, high = _LIMITS.usual_arcsec
     remedy = "Check the units of torque and angle in the headers."
     if not len(runs.slope):
         if np.ptp(r.torque_Nm) > 0:
-            words += "; in no run does the angle follow the torque"
+            words += (
+                "; the angle does not follow the torque from run to run"
+                if runs.between
+                else "; in no run does the angle follow the torque"
+            )
             remedy = "Check that the columns of torque and angle belong to the same readings."
             return Check("units", "look", words, remedy)
     elif model is not None:
+        if runs.between:
+            words += "; the torque changes from run to run, not within runs"
         return _against(model, float(np.median(np.abs(runs.slope))), size, words)
     if low <= size <= high:
         return Check("units", "good", words)
     return Check("units", "look", words, remedy)
+
+
+def _lost_signals(runs: _Runs) -> tuple[str, str] | None:
+    """What is said of runs in which one of both signals is missing, and the remedy."""
+    if not runs.deaf and not runs.stuck:
+        return None
+    told = []
+    if runs.deaf:
+        told.append(f"in {_named(list(runs.deaf))} the torque varies and the angle hardly moves")
+    if runs.stuck:
+        told.append(
+            f"in {_named(list(runs.stuck))} the torque stays while the angle moves as in the others"
+        )
+    return "; ".join(told), "Was a sensor off or unplugged there? Leave those runs out."
 
 
 def _against(model: _Model, slope: float, size: float, words: str) -> Check:
@@ -260,8 +325,9 @@ def _against(model: _Model, slope: float, size: float, words: str) -> Check:
     if model.preload_N is not None and not model.held(as_stated):
         wrong = True
         told.append(
-            f"a preload of {rounded(model.preload_N)} N does not hold "
-            f"{rounded(model.torque_Nm / _LIMITS.alarm)} N m in the model"
+            f"a preload of {rounded(model.preload_N)} N, the median, does not hold "
+            f"{rounded(model.torque_Nm / _LIMITS.alarm)} N m in the model, a fifth of the largest "
+            "torque"
         )
     words = "; ".join(told)
     if not wrong:
@@ -287,18 +353,24 @@ def _explaining(model: _Model, slope: float, size: float) -> list[_Slip]:
 
 def _question(slips: list[_Slip], found: float, model: _Model) -> str:
     asked = [slip.question for slip in slips]
+    slope_fits = found > 0 and not _beyond(found, _LIMITS.explains)
     if model.ratio is None and found > _LIMITS.alarm:
         asked.append(
             "are the torques or the angles those of the input side (with a transmission ratio of "
             f"about {rounded(found, 2)})"
         )
     if not asked:
+        if model.rated_Nm is not None and model.rated_too_small(_Slip()) and slope_fits:
+            return "Is the rated torque in the case right? The slope fits that of the model."
         return (
-            "No single slip of a unit in all runs explains it. Check the units of torque, angle "
-            "and preload, and the stiffness in the case."
+            "No wrong unit of one column explains it. Check the units of torque, angle and "
+            "preload, and the stiffness in the case."
         )
     text = "; or ".join(asked)
-    return f"{text[0].upper()}{text[1:]}? If none, is the stiffness in the case right?"
+    return (
+        f"{text[0].upper()}{text[1:]}? If none, are the columns of torque and angle swapped, or is "
+        "the stiffness in the case wrong?"
+    )
 
 
 # --- runs against each other --------------------------------------------------------------
@@ -310,16 +382,22 @@ def _sign(runs: _Runs) -> Check:
         return Check(name, "good", "no run tells it")
     down = runs.slope < 0
     if not down.any():
-        return Check(name, "good", "the angle grows with the torque in every run")
+        where = "from run to run" if runs.between else _everywhere(runs)
+        return Check(name, "good", f"the angle grows with the torque {where}")
     if down.all():
         remedy = "Is the sign of the torque or that of the angle reversed? Turn one of them over."
-        return Check(name, "look", "the angle falls as the torque grows in every run", remedy)
+        where = "from run to run" if runs.between else _everywhere(runs)
+        return Check(name, "look", f"the angle falls as the torque grows {where}", remedy)
     few = down if down.sum() <= 0.5 * len(down) else ~down
     these = [run for run, take in zip(runs.name, few.tolist(), strict=True) if take]
     way = "falls as the torque grows" if few is down else "grows with the torque"
     words = f"the angle {way} in {_named(these)}, and not in the others"
     remedy = "Was the torque or the angle taken with the other sign there? Turn it over in those."
     return Check(name, "look", words, remedy)
+
+
+def _everywhere(runs: _Runs) -> str:
+    return "in every other run" if runs.deaf or runs.stuck else "in every run"
 
 
 def _runs_alike(runs: _Runs) -> Check:

@@ -1,0 +1,110 @@
+"""Whether loops end where they began.
+
+closed_check   loops that are open, and a drift that all of them share
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cbpt.lab.characteristics.loops import Loop
+from cbpt.lab.covariance.robust import typical_size
+from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.preflight.record import Check
+from cbpt.lab.preflight.sizes import scatter_arcsec
+from cbpt.lab.readings.readings import Readings
+from cbpt.lab.wording.numbers import listed, rounded
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What is open."""
+
+    clear: float = 5.0
+    """Standard deviations of a gap, or of the mean of gaps: no noise leaves as much."""
+    tell: int = 5
+    """Gaps that tell how far they scatter, where readings do not."""
+    shown: int = 5
+    """Runs that are listed."""
+
+
+_LIMITS = _Limits()
+
+
+def closed_check(r: Readings, loops: Sequence[Loop]) -> Check:
+    """Whole loops, those that do not close, and what they share."""
+    whole = [loop for loop in loops if loop.whole]
+    words = f"{len(whole)} whole, {len(loops) - len(whole)} half or one-way"
+    if not whole:
+        remedy = "Run one and a quarter cycles: 0, +T, -T, +T."
+        return Check("loops", "lost", words, remedy)
+    least = max(_LIMITS.clear * _gap_sd(r, whole), 1.001 * display_step(r.elastic_angle_arcsec))
+    open_ = [loop for loop in whole if abs(loop.open_arcsec or 0.0) > least]
+    if open_:
+        remedy = (
+            "A first loading or a drift leaves a loop open. Repeat the cycle until it closes; if "
+            "it never does, let the rig warm up, and record time_s so that a drift can be fitted."
+        )
+        return Check("loops", "look", f"{words}; {_told(open_)}", remedy)
+    if drift := _shared(r, whole):
+        remedy = (
+            "Let the rig warm up, or record time_s so that a drift can be fitted: the loops drift "
+            "by more than they differ at random."
+        )
+        return Check("loops", "look", f"{words}; {drift}", remedy)
+    composed = sum(loop.composed for loop in whole)
+    if composed:
+        words += f"; {composed} start and end at zero torque, and may hold a first loading"
+        return Check("loops", "look", words, "Run a quarter cycle more, to the largest torque.")
+    return Check("loops", "good", words)
+
+
+def _told(loops: Sequence[Loop]) -> str:
+    gaps = [abs(loop.open_arcsec or 0.0) for loop in loops]
+    low, high = rounded(min(gaps)), rounded(max(gaps))
+    by = low if low == high else f"{low} to {high}"
+    runs = list(dict.fromkeys(loop.run for loop in loops))
+    more = f" and {len(runs) - _LIMITS.shown} more" if len(runs) > _LIMITS.shown else ""
+    shown = ", ".join(runs[: _LIMITS.shown]) if more else listed(runs)
+    return (
+        f"{len(loops)} {'does' if len(loops) == 1 else 'do'} not close, in run"
+        f"{'s' * (len(runs) > 1)} {shown}{more}, by {by} arcsec"
+    )
+
+
+def _gap_sd(r: Readings, whole: Sequence[Loop]) -> float:
+    """Standard deviation of a gap, the difference of two readings."""
+    scatter = scatter_arcsec(r, whole)
+    if scatter:
+        return float(np.sqrt(2) * scatter)
+    gaps = _gaps(whole)
+    return typical_size(gaps - np.median(gaps)) if len(gaps) >= _LIMITS.tell else 0.0
+
+
+def _gaps(loops: Sequence[Loop]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    return np.array([loop.gap_arcsec for loop in loops if loop.gap_arcsec is not None])
+
+
+def _shared(r: Readings, whole: Sequence[Loop]) -> str:
+    """What is said where the gaps of all loops have a mean that no noise has; else empty."""
+    known = [loop for loop in whole if loop.gap_arcsec is not None and not loop.composed]
+    gaps, scatter = _gaps(known), scatter_arcsec(r, whole)
+    if not len(gaps) or not scatter:
+        return ""
+    sd = max(np.sqrt(2) * scatter, float(np.std(gaps, ddof=1)) if len(gaps) > 2 else 0.0)
+    mean = float(np.mean(gaps))
+    least = max(_LIMITS.clear * sd / np.sqrt(len(gaps)), display_step(r.elastic_angle_arcsec))
+    if abs(mean) <= least:
+        return ""
+    words = (
+        f"on average they end {rounded(abs(mean))} arcsec {'beyond' if mean > 0 else 'short of'} "
+        "where they began"
+    )
+    if r.time_s is not None:
+        rows = [np.concatenate([b.row for b in loop.branches]) for loop in known]
+        took = [np.ptp(np.interp([x.min(), x.max()], np.arange(len(r)), r.time_s)) for x in rows]
+        words += f", in {rounded(float(np.median(took)))} s"
+    return words

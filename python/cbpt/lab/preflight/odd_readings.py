@@ -1,0 +1,211 @@
+"""Readings that the rig did not take: single ones far from their neighbours, and frozen signals.
+
+odd_check   what was found, and which readings the other checks leave out
+
+A reading is far where the ones before and after it agree, and it differs from them by many times
+what neighbours differ by otherwise. A torque that turns, a play, a step of a program and a first
+loading all move on and do not come back at once. A signal is frozen where it is the same to the
+last digit for many readings while the other column goes on, and jumps to where that has got to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cbpt.lab.covariance.robust import typical_size
+from cbpt.lab.preflight.record import Check
+from cbpt.lab.readings.readings import Readings
+from cbpt.lab.wording.numbers import listed, rounded
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What is far, and what is frozen."""
+
+    neighbours: int = 3
+    """On each side of a reading; two odd ones in a row are still fewer than the others."""
+    of_scatter: float = 10.0
+    """Standard deviations of what a reading differs by from its neighbours: no noise does that."""
+    of_step: float = 3.0
+    """The same in steps to the next reading, as nine in ten are: at a turn of the torque the
+    neighbours are two steps away."""
+    of_digit: float = 2.0
+    """The same in the smallest step of the column: rounding moves two readings apart by one, and a
+    last digit that flickers by one more."""
+    digit_of_held: float = 0.05
+    """That digit as a share of what was held, where the column hardly ever moves and shows none."""
+    moves: float = 0.1
+    """Share of the readings of a run at which a column moves that shows its last digit."""
+    agree: float = 1 / 3
+    """Share of it by which the neighbours differ at most, but for the outermost two of them."""
+    most: float = 0.05
+    """Share of the readings of a run: more of them are how the run was taken."""
+    frozen: int = 8
+    """Readings in a row that are the same."""
+    same: float = 0.2
+    """Share of the other neighbours that may be the same where sameness is to tell something."""
+    jump: float = 5.0
+    """Usual steps by which the column jumps afterwards, and the other one moved meanwhile."""
+    shown: int = 5
+    """Lines that are listed."""
+
+
+_LIMITS = _Limits()
+
+
+def odd_check(r: Readings) -> tuple[Check, Bools]:
+    """The check, and which readings are odd, shape (n,)."""
+    far, still = np.zeros(len(r), dtype=np.bool_), np.zeros(len(r), dtype=np.bool_)
+    words, remedies = [], []
+    runs = [np.flatnonzero(r.run_index == k) for k in range(int(r.run_index.max()) + 1)]
+    for name, values, other, unit in _columns(r):
+        here = np.zeros(len(r), dtype=np.bool_)
+        stretches = []
+        for rows in runs:
+            mine = values[rows]
+            digit = _digit(mine)
+            if name == "angle":
+                # What the torque turns the drive by is no distance from the neighbours.
+                torque = r.torque_Nm[rows]
+                slope = _slope(mine, torque)
+                digit = digit + abs(slope) * _digit(torque)
+                mine = mine - slope * np.where(far[rows], _neighbours(torque)[0], torque)
+            here[rows] = _far(mine, digit)
+            if other is not None:
+                stretches += [rows[part] for part in _frozen(values[rows], other[rows])]
+        if here.any():
+            words.append(_told_far(r, name, values, here, unit))
+            far |= here
+        if stretches:
+            words.append(_told_frozen(r, name, stretches))
+            still[np.concatenate(stretches)] = True
+    if far.any():
+        remedies.append(
+            "Look at those lines: a spike, a wrong digit or a lost sample? Correct them, or leave "
+            "them out."
+        )
+    if still.any():
+        remedies.append(
+            "Did the signal freeze, or the logger lose it? Leave those readings out, or measure "
+            "again."
+        )
+    name = "single readings"
+    if not words:
+        return Check(name, "good", "no reading lies far from its neighbours"), far
+    words.append("the other checks leave them out")
+    return Check(name, "look", "; ".join(words), " ".join(remedies)), far | still
+
+
+def _columns(r: Readings) -> Iterator[tuple[str, Floats, Floats | None, str]]:
+    """Name, values and unit of each column, and the one that goes on where it is frozen."""
+    yield "torque", r.torque_Nm, r.elastic_angle_arcsec, "N m"
+    yield "angle", r.elastic_angle_arcsec, r.torque_Nm, "arcsec"
+    if r.preload_N is not None:
+        yield "preload", r.preload_N, None, "N"
+
+
+def _told_far(r: Readings, name: str, values: Floats, here: Bools, unit: str) -> str:
+    rows = np.flatnonzero(here)
+    lines = [str(line) for line in r.line[rows[: _LIMITS.shown]].tolist()]
+    more = f" and {len(rows) - len(lines)} more" if len(rows) > len(lines) else ""
+    at = f"{r.place}{'s' * (len(rows) > 1)} {', '.join(lines) if more else listed(lines)}{more}"
+    off = values - _neighbours(values)[0]
+    worst = rows[int(np.argmax(np.abs(off[rows])))]
+    return (
+        f"the {name} of {at} lies up to {rounded(abs(float(off[worst])))} {unit} from the readings "
+        "before and after it"
+    )
+
+
+def _told_frozen(r: Readings, name: str, stretches: list[NDArray[np.int64]]) -> str:
+    parts = [f"{r.line[rows[0]]} to {r.line[rows[-1]]}" for rows in stretches]
+    more = f" and {len(parts) - _LIMITS.shown} more" if len(parts) > _LIMITS.shown else ""
+    other = "angle" if name == "torque" else "torque"
+    return (
+        f"the {name} stays the same to the last digit in {r.place}s "
+        f"{listed(parts[: _LIMITS.shown])}{more} while the {other} goes on, and jumps afterwards"
+    )
+
+
+def _neighbours(values: Floats) -> tuple[Floats, Floats]:
+    """The median of the nearest readings of each reading, and by how much these differ but for the
+    least and the largest of them; NaN at the ends of a run, where there are none on one side."""
+    k, n = _LIMITS.neighbours, len(values)
+    middle, apart = np.full(n, np.nan), np.full(n, np.nan)
+    if n > 2 * k:
+        window = np.lib.stride_tricks.sliding_window_view(values, 2 * k + 1)
+        near = np.sort(np.delete(window, k, axis=1), axis=1)
+        middle[k:-k], apart[k:-k] = np.median(near, axis=1), near[:, -2] - near[:, 1]
+    return middle, apart
+
+
+def _digit(values: Floats) -> Floats:
+    """The smallest step of a column, at each of its readings."""
+    step = np.abs(np.diff(values))
+    moving = step[step > 0]
+    if len(moving) < _LIMITS.moves * len(step):
+        return np.asarray(_LIMITS.digit_of_held * np.abs(values))
+    return np.full(len(values), moving.min() if len(moving) else 0.0)
+
+
+def _slope(angle: Floats, torque: Floats) -> float:
+    """Angle over torque from reading to reading, the median over the larger steps."""
+    step, turned = np.diff(torque), np.diff(angle)
+    size = np.abs(step)
+    if not np.any(size > 0):
+        return 0.0
+    large = size >= np.median(size[size > 0])
+    return float(np.median(turned[large] / step[large]))
+
+
+def _far(values: Floats, digit: Floats) -> Bools:
+    """Readings of one run, in the order of time, that lie far from their neighbours. digit: the
+    smallest step that the column shows, at each reading."""
+    middle, apart = _neighbours(values)
+    off = np.abs(values - middle)
+    known = np.isfinite(off)
+    if not known.any():
+        return known
+    limit = (
+        _LIMITS.of_scatter * typical_size(off[known])
+        + _LIMITS.of_step * float(np.quantile(np.abs(np.diff(values)), 0.9))
+        + _LIMITS.of_digit * digit
+    )
+    far = known & (off > limit) & (apart < _LIMITS.agree * off)
+    return far & bool(far.mean() <= _LIMITS.most)
+
+
+def _frozen(values: Floats, other: Floats) -> Iterator[slice]:
+    """Stretches of one run over which a column is frozen while the other one goes on."""
+    same = np.diff(values) == 0
+    edges = np.flatnonzero(np.diff(np.r_[False, same, False].astype(np.int8))).reshape(-1, 2)
+    long = [slice(a, b + 1) for a, b in edges.tolist() if b + 1 - a >= _LIMITS.frozen]
+    if not long:
+        return
+    elsewhere = np.ones(len(same), dtype=np.bool_)
+    for part in long:
+        elsewhere[part.start : part.stop - 1] = False
+    step, other_step = np.abs(np.diff(values)), np.abs(np.diff(other))
+    if not elsewhere.any() or float(np.mean(same[elsewhere])) > _LIMITS.same:
+        return
+    usual = float(np.median(step[elsewhere & (step > 0)]))
+    other_usual = float(np.median(other_step[elsewhere]))
+    for part in long:
+        moved = abs(float(other[part.stop - 1] - other[part.start])) > _LIMITS.jump * other_usual
+        after = part.stop
+        jumped = after < len(values) and abs(values[after] - values[part.start]) > (
+            _LIMITS.jump * usual
+        )
+        # To the end of the run nothing jumps: there the other one has gone on for all the more.
+        lost = after == len(values) and abs(float(other[-1] - other[part.start])) > (
+            _LIMITS.same * float(np.ptp(other))
+        )
+        if moved and (jumped or lost):
+            yield part

@@ -1,0 +1,82 @@
+"""Whether the runs start from one zero.
+
+zeros_check   angles of the runs at zero torque against each other
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cbpt._core import Case, Drive
+from cbpt.lab.characteristics.loops import Loop
+from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.preflight.record import Check
+from cbpt.lab.preflight.sizes import scatter_arcsec
+from cbpt.lab.readings.readings import Readings
+from cbpt.lab.wording.numbers import rounded
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What is apart."""
+
+    clear: float = 4.0
+    """Standard deviations of a reading: of two zeros one pair in 10,000 is further apart."""
+    of_turn: float = 0.02
+    """Share of the largest turn of a run, where no scatter is known."""
+
+
+_LIMITS = _Limits()
+
+
+def zeros_check(r: Readings, loops: Sequence[Loop], case: Case | Drive | None) -> Check:
+    """Where each run is at zero torque: the middle of its loops, else its first way through it."""
+    name = "zeros of runs"
+    of_loops: dict[str, list[float]] = {}
+    for loop in loops:
+        middle = float(np.mean([float(branch.at(0.0)) for branch in loop.branches]))
+        if loop.whole and np.isfinite(middle):
+            of_loops.setdefault(loop.run, []).append(middle)
+    zeros = []
+    for run in range(int(r.run_index.max()) + 1):
+        rows = np.flatnonzero(r.run_index == run)
+        middles = of_loops.get(str(r.run[rows[0]]))
+        zero = float(np.mean(middles)) if middles else _first_zero(r, rows)
+        if zero is not None:
+            zeros.append(zero)
+    if len(zeros) < 2:
+        return Check(name, "good", "too few runs come near zero torque to compare them")
+    spread = float(np.std(zeros, ddof=1))
+    step, scatter = display_step(r.elastic_angle_arcsec), scatter_arcsec(r, loops)
+    if spread <= step:
+        return Check(name, "good", "at zero torque the runs are apart by less than a step")
+    words = f"at zero torque the runs are {rounded(spread)} arcsec apart (standard deviation)"
+    turn = max(
+        float(np.ptp(r.elastic_angle_arcsec[r.run_index == k])) for k in np.unique(r.run_index)
+    )
+    least = _LIMITS.clear * scatter if scatter else _LIMITS.of_turn * turn
+    common = not (isinstance(case, Case) and case.zero == "per_run")
+    if spread > least and common:
+        remedy = (
+            'Set zero = "per_run" under [measurement] in the case, or zero the sensor once for all '
+            "runs."
+        )
+        return Check(name, "look", words, remedy)
+    return Check(name, "good", words)
+
+
+def _first_zero(r: Readings, rows: np.ndarray[tuple[int], np.dtype[np.int64]]) -> float | None:
+    """The angle where the torque of a run first is zero or crosses it; None where it never is."""
+    torque, angle = r.torque_Nm[rows], r.elastic_angle_arcsec[rows]
+    here = np.flatnonzero(torque == 0)
+    crossed = np.flatnonzero(torque[1:] * torque[:-1] < 0)
+    if len(here) and (not len(crossed) or here[0] <= crossed[0]):
+        return float(angle[here[0]])
+    if not len(crossed):
+        return None
+    a, b = crossed[0], crossed[0] + 1
+    share = torque[a] / (torque[a] - torque[b])
+    return float(angle[a] + share * (angle[b] - angle[a]))
