@@ -104,12 +104,13 @@ def test_torques_that_are_held_are_not_frozen() -> None:
         ("torque_Nm", "in run 2 the torque stays while the angle moves as in the others"),
     ],
 )
-@pytest.mark.parametrize("noise", [0.0, 2.0])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_a_run_without_one_of_its_signals_is_named(column: str, words: str, noise: float) -> None:
+    """noise: as a share of the column's range."""
     columns = ramps()
     here = columns["run"] == 2
-    scatter = np.random.default_rng(2).normal(0, noise, int(here.sum()))
-    columns[column][here] = scatter if column != "torque_Nm" else 0.0
+    scatter = np.random.default_rng(2).normal(0, 1, int(here.sum()))
+    columns[column][here] = noise * float(np.ptp(columns[column])) * scatter
     assert words in check("units", columns).finding
     assert check("sign of the angle", columns).finding.endswith("in every other run")
 
@@ -218,3 +219,69 @@ def test_a_sensor_that_is_cut_at_its_end_is_told_where_few_readings_reach_it() -
     found = check("ends of the ranges", columns)
     assert found.state == "look" and "the same largest angle, 330 arcsec" in found.finding
     assert check("ends of the ranges", columns | {"elastic_angle_arcsec": angle}).state == "good"
+
+
+# --- what a second look found -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "steps", [np.r_[0:11:5, 5:-11:-5, -5:11:5].repeat(3), np.r_[0, np.full(8, 5)]]
+)
+def test_steps_that_are_held_have_no_rate_of_zero(steps: Floats) -> None:
+    time = np.arange(float(len(steps)))
+    columns = {"torque_Nm": 1.0 * steps, "time_s": time, "elastic_angle_arcsec": 100.0 * steps}
+    assert "0 N m/s" not in check("rates", columns).finding.split(" to ")
+
+
+def test_a_load_that_is_held_to_the_end_of_a_run_is_neither_frozen_nor_cut() -> None:
+    torque = np.tile(np.r_[np.linspace(0, 8, 6), np.full(25, 8.0)], 6)
+    run = np.repeat(np.arange(1.0, 7), 31)
+    weights = 0.2 * 0.8 ** np.arange(31)
+    late = np.concatenate([np.convolve(load, weights)[:31] for load in np.split(torque, 6)])
+    angle = 10 * late + np.random.default_rng(0).normal(0, 0.05, len(late))
+    columns = {
+        "run": run,
+        "time_s": np.arange(float(len(run))),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": angle,
+    }
+    assert check(SUBJECT, columns).state == "good"
+    assert check("ends of the ranges", columns).state == "good"
+
+
+def test_loads_that_the_angle_follows_are_no_spikes() -> None:
+    torque = np.zeros(100)
+    torque[12::25] = [10.0, -10.0, 10.0, -10.0]
+    angle = 100 * torque + np.random.default_rng(0).normal(0, 2, 100)
+    assert check(SUBJECT, {"torque_Nm": torque, "elastic_angle_arcsec": angle}).state == "good"
+
+
+def test_a_short_run_may_have_one_odd_reading() -> None:
+    columns = {name: values[:17] for name, values in ramps(10, runs=1).items()}
+    columns["elastic_angle_arcsec"][6] += 6000.0
+    assert "row 7" in check(SUBJECT, columns).finding
+
+
+def test_friction_is_no_offset_of_runs() -> None:
+    up = np.linspace(-10, 10, 41)
+    torque = np.r_[up, up[::-1]]
+    noise = np.random.default_rng(0).normal(0, 0.3, 82)
+    columns = {
+        "run": np.repeat([1.0, 2.0], 41),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": 10 * torque + np.repeat([-5.0, 5.0], 41) + noise,
+    }
+    assert check("zeros of runs", columns, SPRING).state == "good"
+
+
+@pytest.mark.parametrize("each", [2, 3, 5])
+def test_steps_that_are_held_are_no_scatter_of_the_torque(each: int) -> None:
+    levels = np.r_[0:8, 8:-8:-1, -8:9].astype(np.float64)
+    torque = np.tile(np.repeat(levels, each), 3)
+    torque = torque + np.random.default_rng(1).normal(0, 0.02, len(torque))
+    columns = {
+        "run": np.repeat([1.0, 2.0, 3.0], len(levels) * each),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": 100 * torque,
+    }
+    assert check("noise of the torque", columns).state == "good"

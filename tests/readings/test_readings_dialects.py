@@ -81,8 +81,8 @@ STYLES: list[Callable[[str, str], str]] = [
 ]
 FINITE = st.floats(-1e6, 1e6).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
 POSITIVE = st.floats(1e-6, 5e5)
-# Below half a turn in every unit that is tried, 3.1 rad and less.
-ANGLE = st.floats(-3e3, 3e3).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
+# Below a quarter of a turn in every unit that is tried, so that no two differ by a whole one.
+ANGLE = st.floats(-1.5e3, 1.5e3).map(lambda x: 0.0 if abs(x) < 1e-9 else x)
 
 
 @st.composite

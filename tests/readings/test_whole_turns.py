@@ -41,9 +41,24 @@ def test_an_encoder_that_begins_again_is_read_as_if_it_went_on(
 
 def test_each_run_keeps_the_turn_that_it_begins_with() -> None:
     run = np.repeat([1, 2], len(TORQUE))
-    angle = np.r_[359.9 + 0.05 * TORQUE, 20 + 0.05 * TORQUE]
+    angle = np.r_[359.9 + 0.05 * TORQUE, 60 + 0.05 * TORQUE]
     found = read(np.mod(angle, 360.0), run).elastic_angle_arcsec / 3600
     np.testing.assert_allclose(found, angle, atol=1e-9)
+
+
+@pytest.mark.parametrize("zero_deg", [0.0, 359.9999])
+def test_runs_on_both_sides_of_the_end_of_an_encoder_have_one_zero(zero_deg: float) -> None:
+    run = np.repeat([1, 2], len(TORQUE))
+    angle = np.r_[0.02 + 0.001 * TORQUE, -0.02 + 0.001 * TORQUE] + zero_deg
+    found = read(np.mod(angle, 360.0), run)
+    apart = np.diff([np.median(found.elastic_angle_arcsec[run == k]) for k in (1, 2)])
+    assert apart == pytest.approx(-0.04 * 3600)
+    assert any("whole turns were taken off" in str(note) for note in found.notes)
+
+
+def test_runs_of_one_reading_hide_no_wrong_unit() -> None:
+    with pytest.raises(ReadingsError, match="within a turn"):
+        read(1e6 * TORQUE, np.arange(len(TORQUE)))
 
 
 def test_an_angle_far_from_zero_is_no_wrong_unit_of_a_drive_that_hardly_turns() -> None:
@@ -54,7 +69,7 @@ def test_an_angle_far_from_zero_is_no_wrong_unit_of_a_drive_that_hardly_turns() 
 def test_a_wrong_number_is_no_turn() -> None:
     angle = 0.05 * TORQUE
     angle[7] = 270.0
-    with pytest.raises(ReadingsError, match="below 180 deg about the middle of the run"):
+    with pytest.raises(ReadingsError, match="less than 180 deg from the middle of its run"):
         read(angle)
 
 

@@ -153,8 +153,6 @@ class Loop:
     """By how much the angle is larger at the end than at the start; None where no torque was
     reached twice the same way."""
     rate_Nm_per_s: float | None = None
-    stated_u_arcsec: float = 0.0
-    """The stated uncertainty of its readings, the median; 0 where none is stated."""
 
     @property
     def branches(self) -> list[Branch]:
@@ -186,9 +184,8 @@ class Loop:
 
     @property
     def scatter_arcsec(self) -> float:
-        """Standard deviation of a reading: the stated one where few readings cannot tell, 0 where
-        none is stated either."""
-        return _scatter_arcsec(self.branches) or self.stated_u_arcsec
+        """Standard deviation of a reading, 0 where few readings cannot tell."""
+        return _scatter_arcsec(self.branches)
 
     @property
     def first_leg_J(self) -> float:
@@ -240,13 +237,11 @@ def loops_of(readings: Readings) -> list[Loop]:
 def _of_run(readings: Readings, rows: Ints) -> list[Loop]:
     """Loops with the finest turns that give whole ones; where the torque slips back along a leg,
     fine turns cut a loop into pieces."""
-    u = readings.u_elastic_angle_arcsec
-    stated = 0.0 if u is None else float(np.median(u[rows]))
     for least in _LIMITS.turns:
         legs = _legs(readings, rows, least)
         whole = list(_whole(legs, -1)) or list(_whole(legs, 1))
         if whole:
-            return [replace(loop, stated_u_arcsec=stated) for loop in whole]
+            return whole
     return list(_halves(_legs(readings, rows, _LIMITS.turns[0])))
 
 

@@ -27,6 +27,8 @@ class _Limits:
     """Standard deviations of a gap, or of the mean of gaps: no noise leaves as much."""
     tell: int = 5
     """Gaps that tell how far they scatter, where readings do not."""
+    share: int = 3
+    """Gaps that tell what they have in common."""
     shown: int = 5
     """Runs that are listed."""
 
@@ -43,16 +45,17 @@ def closed_check(r: Readings, loops: Sequence[Loop]) -> Check:
         return Check("loops", "lost", words, remedy)
     least = max(_LIMITS.clear * _gap_sd(r, whole), 1.001 * display_step(r.elastic_angle_arcsec))
     open_ = [loop for loop in whole if abs(loop.open_arcsec or 0.0) > least]
+    fitted = "" if r.time_s is not None else ", and record time_s so that a drift can be fitted"
     if open_:
         remedy = (
             "A first loading or a drift leaves a loop open. Repeat the cycle until it closes; if "
-            "it never does, let the rig warm up, and record time_s so that a drift can be fitted."
+            f"it never does, let the rig warm up{fitted}."
         )
         return Check("loops", "look", f"{words}; {_told(open_)}", remedy)
     if drift := _shared(r, whole):
         remedy = (
-            "Let the rig warm up, or record time_s so that a drift can be fitted: the loops drift "
-            "by more than they differ at random."
+            "That is more than they differ by at random: a drift, or a first loading in each run. "
+            f"Let the rig warm up{fitted}, or repeat the cycle in each run."
         )
         return Check("loops", "look", f"{words}; {drift}", remedy)
     composed = sum(loop.composed for loop in whole)
@@ -92,9 +95,9 @@ def _shared(r: Readings, whole: Sequence[Loop]) -> str:
     """What is said where the gaps of all loops have a mean that no noise has; else empty."""
     known = [loop for loop in whole if loop.gap_arcsec is not None and not loop.composed]
     gaps, scatter = _gaps(known), scatter_arcsec(r, whole)
-    if not len(gaps) or not scatter:
+    if len(gaps) < _LIMITS.share or not scatter:
         return ""
-    sd = max(np.sqrt(2) * scatter, float(np.std(gaps, ddof=1)) if len(gaps) > 2 else 0.0)
+    sd = max(np.sqrt(2) * scatter, float(np.std(gaps, ddof=1)))
     mean = float(np.mean(gaps))
     least = max(_LIMITS.clear * sd / np.sqrt(len(gaps)), display_step(r.elastic_angle_arcsec))
     if abs(mean) <= least:

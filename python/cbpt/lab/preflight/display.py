@@ -39,6 +39,8 @@ class _Limits:
     set_torque: float = 0.5
     """Share of the scatter within a step of the torque, as rounding leaves it, that readings of one
     displayed torque show; those of a torque that was set scatter by their own noise."""
+    displayed: float = 0.02
+    """Share of the torque's range from which on steps were rather set than displayed."""
     few: int = 20
     """Readings that share their torque with one beside them, to tell a display."""
 
@@ -157,6 +159,8 @@ def _of_torque(r: Readings, legs: list[Leg], noise: float) -> Iterator[Check]:
     rounding = slope * step / 12**0.5
     if rounding < noise or within < _LIMITS.set_torque * rounding:
         return
+    if step > _LIMITS.displayed * float(np.ptp(r.torque_Nm)):
+        return  # rather a torque that was set
     words = (
         f"the torque comes in steps of {rounded(step)} N m, within which the angle changes by "
         f"{rounded(slope * step)} arcsec, while a reading scatters by {rounded(noise)} arcsec"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import comb, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 from cbpt._core import Case, Drive
 from cbpt.lab.characteristics.loops import Loop
 from cbpt.lab.characteristics.warnings import step_near_zero_Nm
-from cbpt.lab.covariance.robust import neighbour_scatter
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.saturation import follows_torque, saturated
 from cbpt.lab.preflight.sizes import to_resolve_arcsec, turn_arcsec
@@ -34,6 +34,10 @@ class _Limits:
     uneven: float = 1.5
     """Slope across that window over that of the whole loop from which on a straight line between
     coarse steps is no good."""
+    jumps: float = 0.1
+    """Share of its range from which on what looks like scatter is a torque that jumps."""
+    quarter: float = 0.3186
+    """What a quarter of normal values are smaller than, in standard deviations."""
     slack: float = 1.001
     """Of a step, for rounding."""
     looked_at: int = 100
@@ -91,6 +95,9 @@ def torque_noise_check(r: Readings, loops: list[Loop]) -> Check:
     if not scattered:
         return Check(name, "good", "the torque moves one way along each branch")
     scatter, of_angle = (_in_time(r, values) for values in (r.torque_Nm, r.elastic_angle_arcsec))
+    if not 0 < scatter < _LIMITS.jumps * float(np.ptp(r.torque_Nm)):
+        words = "the torque was set, or jumps from reading to reading: no scatter is to be seen"
+        return Check(name, "good", words)
     reach = 2 * float(np.median([loop.amplitude_Nm for loop in scattered]))
     slope = turn_arcsec(scattered) / max(reach, 1e-300)
     words = (
@@ -112,7 +119,17 @@ def torque_noise_check(r: Readings, loops: list[Loop]) -> Check:
 
 
 def _in_time(r: Readings, values: Floats) -> float:
-    """Standard deviation of a column beside its neighbours in time, the median over runs."""
-    runs = [values[r.run_index == run] for run in range(int(r.run_index.max()) + 1)]
-    size = [neighbour_scatter([run], 3) for run in runs if len(run) > 4]
-    return float(np.median(size)) if size else 0.0
+    """Standard deviation of a column beside its neighbours in time, the median over runs: by the
+    differences that are smallest, those of ramps, of holds, or of none of both."""
+    found = []
+    for run in range(int(r.run_index.max()) + 1):
+        mine = values[r.run_index == run]
+        if len(mine) > 4:
+            found.append(
+                min(
+                    float(np.quantile(np.abs(np.diff(mine, k)), 0.25))
+                    / (_LIMITS.quarter * sqrt(comb(2 * k, k)))
+                    for k in (1, 2, 3)
+                )
+            )
+    return float(np.median(found)) if found else 0.0

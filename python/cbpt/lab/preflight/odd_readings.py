@@ -34,25 +34,27 @@ class _Limits:
     of_scatter: float = 10.0
     """Standard deviations of what a reading differs by from its neighbours: no noise does that."""
     of_step: float = 3.0
-    """The same in steps to the next reading, as nine in ten are: at a turn of the torque the
-    neighbours are two steps away."""
+    """The same in steps to the next reading, as four in five are at most: at a turn of the torque
+    the neighbours are two steps away."""
     of_digit: float = 2.0
     """The same in the smallest step of the column: rounding moves two readings apart by one, and a
     last digit that flickers by one more."""
     digit_of_held: float = 0.05
     """That digit as a share of what was held, where the column hardly ever moves and shows none."""
-    moves: float = 0.1
-    """Share of the readings of a run at which a column moves that shows its last digit."""
+    moves: int = 5
+    """Steps of a column that show its last digit: one odd reading makes two."""
     agree: float = 1 / 3
     """Share of it by which the neighbours differ at most, but for the outermost two of them."""
     most: float = 0.05
-    """Share of the readings of a run: more of them are how the run was taken."""
+    """Share of the readings of a run, one at least: more of them are how the run was taken."""
+    follows: float = 0.5
+    """Share of what a torque would turn the drive by that may be missing where it was there."""
     frozen: int = 8
     """Readings in a row that are the same."""
     same: float = 0.2
     """Share of the other neighbours that may be the same where sameness is to tell something."""
     jump: float = 5.0
-    """Usual steps by which the column jumps afterwards, and the other one moved meanwhile."""
+    """Usual steps by which the column jumps afterwards."""
     shown: int = 5
     """Lines that are listed."""
 
@@ -66,22 +68,29 @@ def odd_check(r: Readings) -> tuple[Check, Bools]:
     words, remedies = [], []
     runs = [np.flatnonzero(r.run_index == k) for k in range(int(r.run_index.max()) + 1)]
     for name, values, other, unit in _columns(r):
-        here = np.zeros(len(r), dtype=np.bool_)
+        here, off = np.zeros(len(r), dtype=np.bool_), np.zeros(len(r))
         stretches = []
         for rows in runs:
-            mine = values[rows]
-            digit = _digit(mine)
-            if name == "angle":
-                # What the torque turns the drive by is no distance from the neighbours.
-                torque = r.torque_Nm[rows]
-                slope = _slope(mine, torque)
-                digit = digit + abs(slope) * _digit(torque)
-                mine = mine - slope * np.where(far[rows], _neighbours(torque)[0], torque)
+            mine, torque, angle = values[rows], r.torque_Nm[rows], r.elastic_angle_arcsec[rows]
+            off[rows] = mine - _neighbours(mine)[0]
+            digit, slope = _digit(mine), _slope(angle, torque)
+            turned, loaded = angle - _neighbours(angle)[0], torque - _neighbours(torque)[0]
+            by_load = slope * loaded
             here[rows] = _far(mine, digit)
-            if other is not None:
-                stretches += [rows[part] for part in _frozen(values[rows], other[rows])]
+            if name != "preload":
+                # A load that the angle follows was there.
+                here[rows] &= np.abs(turned - by_load) > _LIMITS.follows * np.abs(by_load)
+                # What the torque turns the drive by is no distance from the neighbours; but at a
+                # turn an angle that ends at a stop is none either.
+                digit = _digit(angle) + abs(slope) * _digit(torque)
+                alone = _far(angle - slope * torque, digit) & ~_near_turns(torque)
+                not_angle = np.abs(turned) < _LIMITS.follows * np.abs(by_load)
+                here[rows] |= alone & (not_angle if name == "torque" else ~not_angle)
+            if other is not None and slope:
+                per = 1 / slope if name == "torque" else slope
+                stretches += [rows[part] for part in _frozen(mine, per * other[rows])]
         if here.any():
-            words.append(_told_far(r, name, values, here, unit))
+            words.append(_told_far(r, name, off[here], np.flatnonzero(here), unit))
             far |= here
         if stretches:
             words.append(_told_frozen(r, name, stretches))
@@ -98,7 +107,10 @@ def odd_check(r: Readings) -> tuple[Check, Bools]:
         )
     name = "single readings"
     if not words:
-        return Check(name, "good", "no reading lies far from its neighbours"), far
+        told = "no reading lies far from those before and after it"
+        if max(map(len, runs)) <= 2 * _LIMITS.neighbours:
+            told = "the runs are too short to tell whether one reading lies far from the others"
+        return Check(name, "good", told), far
     words.append("the other checks leave them out")
     return Check(name, "look", "; ".join(words), " ".join(remedies)), far | still
 
@@ -111,16 +123,14 @@ def _columns(r: Readings) -> Iterator[tuple[str, Floats, Floats | None, str]]:
         yield "preload", r.preload_N, None, "N"
 
 
-def _told_far(r: Readings, name: str, values: Floats, here: Bools, unit: str) -> str:
-    rows = np.flatnonzero(here)
+def _told_far(r: Readings, name: str, off: Floats, rows: NDArray[np.int64], unit: str) -> str:
+    """off: by which the readings in these rows differ from their neighbours."""
     lines = [str(line) for line in r.line[rows[: _LIMITS.shown]].tolist()]
     more = f" and {len(rows) - len(lines)} more" if len(rows) > len(lines) else ""
     at = f"{r.place}{'s' * (len(rows) > 1)} {', '.join(lines) if more else listed(lines)}{more}"
-    off = values - _neighbours(values)[0]
-    worst = rows[int(np.argmax(np.abs(off[rows])))]
     return (
-        f"the {name} of {at} lies up to {rounded(abs(float(off[worst])))} {unit} from the readings "
-        "before and after it"
+        f"the {name} of {at} lies up to {rounded(float(np.abs(off).max()))} {unit} from the "
+        "readings before and after it"
     )
 
 
@@ -150,9 +160,9 @@ def _digit(values: Floats) -> Floats:
     """The smallest step of a column, at each of its readings."""
     step = np.abs(np.diff(values))
     moving = step[step > 0]
-    if len(moving) < _LIMITS.moves * len(step):
+    if len(moving) < _LIMITS.moves:
         return np.asarray(_LIMITS.digit_of_held * np.abs(values))
-    return np.full(len(values), moving.min() if len(moving) else 0.0)
+    return np.full(len(values), moving.min())
 
 
 def _slope(angle: Floats, torque: Floats) -> float:
@@ -175,15 +185,26 @@ def _far(values: Floats, digit: Floats) -> Bools:
         return known
     limit = (
         _LIMITS.of_scatter * typical_size(off[known])
-        + _LIMITS.of_step * float(np.quantile(np.abs(np.diff(values)), 0.9))
+        + _LIMITS.of_step * float(np.quantile(np.abs(np.diff(values)), 0.8))
         + _LIMITS.of_digit * digit
     )
     far = known & (off > limit) & (apart < _LIMITS.agree * off)
-    return far & bool(far.mean() <= _LIMITS.most)
+    return far & bool(far.sum() <= max(1.0, _LIMITS.most * len(far)))
+
+
+def _near_turns(torque: Floats) -> Bools:
+    """Readings beside which the torque turns, as many away as neighbours are looked at."""
+    way = np.sign(np.diff(torque))
+    turns = np.flatnonzero(way[1:] * way[:-1] < 0) + 1
+    near = np.zeros(len(torque), dtype=np.bool_)
+    for off in range(-_LIMITS.neighbours, _LIMITS.neighbours + 1):
+        near[np.clip(turns + off, 0, len(torque) - 1)] = True
+    return near
 
 
 def _frozen(values: Floats, other: Floats) -> Iterator[slice]:
-    """Stretches of one run over which a column is frozen while the other one goes on."""
+    """Stretches of one run over which a column is frozen while the other one goes on, which is
+    given as what it would make of the first."""
     same = np.diff(values) == 0
     edges = np.flatnonzero(np.diff(np.r_[False, same, False].astype(np.int8))).reshape(-1, 2)
     long = [slice(a, b + 1) for a, b in edges.tolist() if b + 1 - a >= _LIMITS.frozen]
@@ -192,20 +213,16 @@ def _frozen(values: Floats, other: Floats) -> Iterator[slice]:
     elsewhere = np.ones(len(same), dtype=np.bool_)
     for part in long:
         elsewhere[part.start : part.stop - 1] = False
-    step, other_step = np.abs(np.diff(values)), np.abs(np.diff(other))
     if not elsewhere.any() or float(np.mean(same[elsewhere])) > _LIMITS.same:
         return
+    step = np.abs(np.diff(values))
     usual = float(np.median(step[elsewhere & (step > 0)]))
-    other_usual = float(np.median(other_step[elsewhere]))
     for part in long:
-        moved = abs(float(other[part.stop - 1] - other[part.start])) > _LIMITS.jump * other_usual
         after = part.stop
-        jumped = after < len(values) and abs(values[after] - values[part.start]) > (
-            _LIMITS.jump * usual
-        )
-        # To the end of the run nothing jumps: there the other one has gone on for all the more.
-        lost = after == len(values) and abs(float(other[-1] - other[part.start])) > (
-            _LIMITS.same * float(np.ptp(other))
-        )
-        if moved and (jumped or lost):
+        if after == len(values):
+            continue
+        jump = float(values[after] - values[part.start])
+        went = float(other[after - 1] - other[part.start])
+        # A torque that is held, and then set anew, takes the angle with it when it moves.
+        if abs(jump) > _LIMITS.jump * usual and abs(went - jump) < _LIMITS.follows * abs(jump):
             yield part

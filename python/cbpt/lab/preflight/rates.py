@@ -51,8 +51,6 @@ class _Limits:
     """A run that takes more than a day goes through the temperatures of day and night."""
     named: int = 3
     """Runs that are named."""
-    noisy: float = 0.1
-    """Share of a part's way that the torque may scatter by."""
 
 
 _LIMITS = _Limits()
@@ -90,6 +88,8 @@ def rates_check(r: Readings) -> Check:
         remedy = "Record the time of each reading: drift, creep and the rate need it."
         return Check(name, "lost", "no time in the table", remedy)
     legs = [leg for leg in legs_of(r) if len(leg.rows) > 2]
+    usual = np.median([len(leg.rows) for leg in legs]) if legs else 0
+    legs = [leg for leg in legs if len(leg.rows) >= 0.5 * usual]  # few readings tell no rate
     later = {leg.way for leg in legs if not leg.first}
     compared = [leg for leg in legs if not (leg.first and leg.way in later)]
     rates = [rate for leg in compared if (rate := _rate(r, leg, r.time_s)) is not None]
@@ -152,7 +152,8 @@ def _along(r: Readings, rates: list[_Rate]) -> tuple[str, str]:
     # Finer steps near zero at one pace are those that are asked for where lost motion is read.
     steps = len(np.unique(r.torque_Nm)) <= 0.5 * len(r)
     pace = float(np.median([rate.paces for rate in rates]))
-    ratio = min(quick / slow, pace) if steps else quick / slow
+    ratio = quick / max(slow, 1e-300)
+    ratio = min(ratio, pace) if steps else ratio
     return words, _ONE_RATE if ratio > _LIMITS.along else ""
 
 
@@ -192,11 +193,13 @@ def _single(r: Readings) -> str:
 def _rate(r: Readings, leg: Leg, time: Floats) -> _Rate | None:
     """None where the middle of a leg is too short."""
     rows = _middle(r, leg)
+    if r.torque_Nm[rows[0]] == r.torque_Nm[rows[-1]]:
+        rows = leg.rows  # the middle is one torque that is held
     torque, t = r.torque_Nm[rows], time[rows]
     step = np.diff(t)
     for pause in _stops(r, rows, time).tolist():
         t = np.r_[t[: pause + 1], t[pause + 1 :] - step[pause] + float(np.median(step))]
-    if len(rows) < 2 or not t[-1] > t[0]:
+    if len(rows) < 2 or not t[-1] > t[0] or torque[-1] == torque[0]:
         return None
     hold = _hold_s(torque, t)
     mean = abs(float(torque[-1] - torque[0])) / float(t[-1] - t[0])
@@ -208,16 +211,10 @@ def _rate(r: Readings, leg: Leg, time: Floats) -> _Rate | None:
     slow, typical, quick = np.percentile(parts, [10, 50, 90]).tolist()
     if quick > _LIMITS.told * slow:
         typical = mean
-    back = np.diff(torque) * leg.way < 0
-    if back.any() and _scatter(torque) > _LIMITS.noisy * float(np.median(way)):
-        slow, typical, quick = mean, mean, mean
+    if np.any(np.diff(torque) * leg.way < 0):
+        slow, typical, quick = mean, mean, mean  # parts of a torque that scatters tell no rate
     short, long = np.percentile(np.diff(t), [10, 90]).tolist()
     return _Rate(str(r.run[rows[0]]), leg.way, typical, slow, quick, 0.0, long / max(short, 1e-300))
-
-
-def _scatter(torque: Floats) -> float:
-    """By which a torque goes back and forth."""
-    return float(np.sqrt(np.mean(np.diff(torque, 2) ** 2) / 6)) if len(torque) > 2 else 0.0
 
 
 def _middle(r: Readings, leg: Leg) -> NDArray[np.int64]:

@@ -176,7 +176,7 @@ def _at_one_end(
             yield _Found("command", run, at, float(commands[name][part].max()), name)
         elif _goes_on(angle, part, near / np.ptp(torque)):
             yield _Found("torque", run, at, float(angle[part].max()))
-        elif _same(torque, part) and _same(angle, part) and _differs(angle):
+        elif _same(torque, part) and _same(angle, part) and _cut(angle, part, step):
             yield _Found("both", run, at, at)
     ends, near = _stays(angle, step)
     for part in ends:
@@ -203,8 +203,10 @@ def _stays(values: Floats, step: float) -> tuple[list[slice], float]:
 def _goes_on(values: Floats, part: slice, near: float) -> float:
     """By which share of its range a column goes on beyond both ends of a part; 0 for too little."""
     here = values[part]
-    share = float(here.max() - max(here[0], here[-1])) / (float(np.ptp(values)) or 1.0)
-    return share if share > max(_LIMITS.goes_on, _LIMITS.clear * near) else 0.0
+    range_ = float(np.ptp(values)) or 1.0
+    share = float(here.max() - max(here[0], here[-1])) / range_
+    noise = neighbour_scatter([values], 3) / range_
+    return share if share > max(_LIMITS.goes_on, _LIMITS.clear * max(near, noise)) else 0.0
 
 
 def _same(values: Floats, part: slice) -> bool:
@@ -212,6 +214,17 @@ def _same(values: Floats, part: slice) -> bool:
     same = np.r_[False, np.diff(values[part]) == 0, False].astype(np.int8)
     edges = np.flatnonzero(np.diff(same)).reshape(-1, 2)
     return bool(np.any(np.diff(edges, axis=1) >= _LIMITS.fewest - 1))
+
+
+def _cut(values: Floats, part: slice, step: float) -> bool:
+    """Whether a column that differs otherwise comes to a part and leaves it by more than steps of
+    its display, as one does not that turns slowly."""
+    by = np.abs(np.diff(values))
+    moves = np.flatnonzero(by)
+    # The last move before the column came to stay, and the first one after it.
+    middle = (part.start + part.stop) // 2
+    beside = [by[k] for k in (*moves[moves < middle][-1:], *moves[moves >= middle][:1])]
+    return bool(beside) and min(beside) > 2 * step and _differs(values)
 
 
 def _differs(values: Floats) -> bool:

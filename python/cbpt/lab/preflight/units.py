@@ -273,6 +273,10 @@ def _units(r: Readings, runs: _Runs, model: _Model | None) -> Check:
     remedy = "Check the units of torque and angle in the headers."
     if not len(runs.slope):
         if np.ptp(r.torque_Nm) > 0:
+            if not np.ptp(r.elastic_angle_arcsec) > 0:
+                words = f"the angle is the same in every reading, torques {rounded(torque)} N m"
+                remedy = "Was the angle sensor off, or its column not the one that was logged?"
+                return Check("units", "look", words, remedy)
             words += (
                 "; the angle does not follow the torque from run to run"
                 if runs.between

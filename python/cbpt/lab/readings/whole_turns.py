@@ -4,13 +4,14 @@ unwrapped    angles without the jumps of a whole turn
 absurd       angles and uncertainties that no drive has
 about_runs   how far angles lie from the middle of their run
 
-An elastic angle is a small part of a turn. Where a reading differs from the one before it by a turn
-but for such a part, the encoder went past its end.
+An elastic angle is a small part of a turn. Where a reading differs from the one before it, or a run
+from the first one, by a turn but for such a part, the encoder went past its end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +28,9 @@ more is a wrong number, and not an encoder that begins again."""
 
 
 def unwrapped(angle_arcsec: Floats, run: NDArray[np.int64]) -> tuple[Floats, Ints]:
-    """The angles, shape (n,), with whole turns taken off where they jump within a run, and the rows
-    at which they do.
+    """The angles, shape (n,), with whole turns taken off where they jump within a run, and where
+    the middle of a run is a whole turn from that of the first one, but for a small part; and the
+    rows at which they do.
 
     run: number of the run of each, in the order of the table.
     """
@@ -36,17 +38,24 @@ def unwrapped(angle_arcsec: Floats, run: NDArray[np.int64]) -> tuple[Floats, Int
     angle, index = angle_arcsec[order], run[order]
     step = np.diff(angle)
     turns = np.where(np.diff(index) == 0, np.round(step / TURN_ARCSEC), 0.0)
-    if not turns.any() or np.abs(step - turns * TURN_ARCSEC)[turns != 0].max() > (
-        _LEFT * TURN_ARCSEC
-    ):
+    left = np.abs(step - turns * TURN_ARCSEC)[turns != 0]
+    if left.size and left.max() > _LEFT * TURN_ARCSEC:
         return angle_arcsec, np.zeros(0, dtype=np.int64)
     jumped = np.r_[0.0, turns]
     total = np.cumsum(jumped)
-    first = np.r_[True, np.diff(index) != 0]
+    starts = np.flatnonzero(np.r_[True, np.diff(index) != 0])
     # Each run begins with the turn that its first reading has.
-    total -= total[first][np.cumsum(first) - 1]
+    total -= total[starts][np.cumsum(np.r_[True, np.diff(index) != 0]) - 1]
+    angle = angle - total * TURN_ARCSEC
+    first = float(np.median(angle[: starts[1]])) if len(starts) > 1 else 0.0
+    for a, b in pairwise([*starts[1:].tolist(), len(angle)]):
+        off = float(np.median(angle[a:b])) - first
+        whole = np.round(off / TURN_ARCSEC)
+        if whole and abs(off - whole * TURN_ARCSEC) <= _LEFT * TURN_ARCSEC:
+            angle[a:b] -= whole * TURN_ARCSEC
+            jumped[a] = whole
     found = np.empty_like(angle_arcsec)
-    found[order] = angle - total * TURN_ARCSEC
+    found[order] = angle
     return found, np.sort(order[np.flatnonzero(jumped)])
 
 
@@ -63,18 +72,25 @@ def unwrapped_note(place: str, lines: list[int]) -> str:
 def absurd(
     values: Mapping[str, Floats], run: NDArray[np.int64]
 ) -> Iterator[tuple[str, Ints, str, str]]:
-    """Quantity, rows, the first value and what was expected, for angles more than half a turn from
-    the middle of their run and uncertainties as large or of nothing: slips of a unit or a digit.
-    """
+    """Quantity, rows, the first value and what was expected, for angles of many turns or more than
+    half a turn from the middle of their run, and uncertainties beyond half a turn or of nothing:
+    slips of a unit or a digit."""
     for key, least in (("elastic_angle", 0.0), ("u_elastic_angle", 1e-9)):
         if key not in values:
             continue
-        size = np.abs(values[key] if least else about_runs(values[key], run))
-        rows = np.flatnonzero((size > 0.5 * TURN_ARCSEC) | (size < least))
+        size = np.abs(values[key])
+        beyond = size > 0.5 * TURN_ARCSEC
+        if not least:
+            beyond = size > 1.5 * TURN_ARCSEC  # one turn, and what was unwrapped
+            beyond |= np.abs(about_runs(values[key], run)) > 0.5 * TURN_ARCSEC
+        rows = np.flatnonzero(beyond | (size < least))
         if len(rows):
-            about = " and above 1e-9 arcsec" if least else " about the middle of the run"
-            value = f"{float(np.abs(values[key][rows[0]])):g} arcsec"
-            yield key, rows, value, f"an angle below 180 deg{about}"
+            expected = (
+                "an angle below 180 deg and above 1e-9 arcsec"
+                if least
+                else "an angle within a turn, and less than 180 deg from the middle of its run"
+            )
+            yield key, rows, f"{values[key][rows[0]]:g} arcsec", expected
 
 
 def about_runs(angle_arcsec: Floats, run: NDArray[np.int64]) -> Floats:

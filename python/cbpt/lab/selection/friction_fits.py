@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+import numpy as np
+
 from cbpt.errors import InvalidInputError
 from cbpt.lab.inference.crew import side_by_side
 from cbpt.lab.inference.fit import Fitter
@@ -35,12 +37,12 @@ def friction_fits(
     first: fits of the first campaign, where it has been searched.
     """
     fitters = [_fitter(campaign, named) for campaign in campaigns]
-    usual = first or _searched(fitters[0], named)
+    usual = _searched(fitters[0], named) if first is None else first
     if not usual:
         return [{} for _ in campaigns]
     works = [partial(fits_nearby, fitter, usual) for fitter in fitters[1:]]
     found = [usual, *side_by_side(campaigns[0], works)]
-    best = max((fits for fits in found if fits), key=evidence_of)
+    best = max(found, key=evidence_of)
     works = [
         partial(_again, fitter, best, known) for fitter, known in zip(fitters, found, strict=True)
     ]
@@ -48,8 +50,8 @@ def friction_fits(
 
 
 def evidence_of(fits: Fits) -> float:
-    """Log evidence of the best of some fits."""
-    return max(fit.log_evidence for fit in fits.values())
+    """Log evidence of the best of some fits; that of no solution where there are none."""
+    return max((fit.log_evidence for fit in fits.values()), default=-np.inf)
 
 
 def _fitter(campaign: Campaign, named: Sequence[str] | None) -> Fitter:

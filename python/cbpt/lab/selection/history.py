@@ -112,9 +112,11 @@ def _histories(turned: Turned, named: Sequence[str] | None) -> dict[History, tup
     asked = [campaign, *(others[history] for history in unlike)] if unlike else []
     fits = friction_fits(asked, named, turned.friction) if unlike else []
     for history, note in notes.items():
-        of_history = fits[1 + unlike.index(history)] if note else None
-        # Where one of both has no solution, nothing is gained.
-        gained = evidence_of(of_history) - evidence_of(fits[0]) if of_history else 0.0
+        gained = 0.0
+        # Where not even the usual one has a solution, nothing is gained.
+        if note and fits[0]:
+            of_history = fits[1 + unlike.index(history)]
+            gained = evidence_of(of_history) - evidence_of(fits[0])
         found[history] = gained, note
     return found
 
