@@ -13,14 +13,12 @@ log_noise   what the noise of a level adds to the log evidence, whatever the val
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.errors import InvalidInputError
 from cbpt.lab.change.shared import Party
 from cbpt.lab.covariance.fit_noise import PRICE, log_scale_prior
 from cbpt.lab.covariance.linear_gaussian import log_likelihood
@@ -33,7 +31,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_loops import ENGAGEMENT
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.model.spring_priors import joint_of, library_of
-from cbpt.lab.selection.fit_effects import best_fit, best_of_forms, fits_of_forms
+from cbpt.lab.selection.fit_effects import best_of_forms, fits_of_forms, start_from
 
 Floats = NDArray[np.float64]
 
@@ -74,10 +72,8 @@ class _Alone:
             yield self.best.point.values
         elif forms in self.fits:
             yield self.fits[forms].point.values
-        else:
-            # Not where another level alone shows what a form does: the other starts are left.
-            with suppress(InvalidInputError):
-                yield best_fit(self.fitter, [v.label for v in forms]).point.values
+        elif self.best is not None:
+            yield start_from(self.fitter, forms, self.best)
 
 
 def levels_of(

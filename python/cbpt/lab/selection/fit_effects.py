@@ -8,6 +8,7 @@ best_fit        the most probable form and values of some effects
 fits_of_forms   the most probable values in each form
 fits_nearby     the same where a campaign differs little
 best_of_forms   the best of these
+start_from      values of a fit for other forms
 """
 
 from __future__ import annotations
@@ -47,6 +48,9 @@ Fits = dict[tuple[Variant, ...], Fit]
 
 _LEADERS = 4
 """Choices of forms that are searched further."""
+_WHOLE = 16
+"""Choices of forms that are all fitted. Of more one form is exchanged at a time: their number grows
+with the product of the forms of all effects, and one fit with the number of effects."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,7 @@ def fits_nearby(fitter: Fitter, elsewhere: Fits, known: Fits | None = None) -> F
     found: Fits = dict(known or {})
     for variants in _leaders(elsewhere) if known else elsewhere:
         fit = elsewhere[variants]
-        _keep_best(fitter, variants, [(_start_from(fitter, variants, fit), fit.noise)], found)
+        _keep_best(fitter, variants, [(start_from(fitter, variants, fit), fit.noise)], found)
     if not known:
         _from_what_they_contain(fitter, found, [])
     return found
@@ -183,7 +187,7 @@ def _from_what_they_contain(fitter: Fitter, found: Fits, smaller: Sequence[Fit])
     # Forms of few numbers first: those of more contain them.
     for variants in sorted(_leaders(found), key=lambda chosen: sum(len(v.sizes) for v in chosen)):
         inside = [fit for others, fit in found.items() if _contains(variants, others)]
-        starts = [(_start_from(fitter, variants, f), f.noise) for f in (*smaller, *inside)]
+        starts = [(start_from(fitter, variants, f), f.noise) for f in (*smaller, *inside)]
         _keep_best(fitter, variants, starts, found)
 
 
@@ -194,16 +198,59 @@ def _leaders(fits: Fits) -> list[tuple[Variant, ...]]:
 def _fits(fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]) -> Fits:
     """In each choice of one form an effect, from promising starts. The best ones also from where
     each effect ends by itself, and from where choices end that they contain: more effects and more
-    numbers hardly ever follow the readings worse."""
-    found: Fits = {}
-    plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
-    for variants in product(*forms):
-        starts = [(start, plain) for start in _starts(fitter, null, variants)]
-        _keep_best(fitter, variants, starts, found)
+    numbers hardly ever follow the readings worse. Of many choices only those are fitted that differ
+    by one form from a better one."""
     alone = [_fits(fitter, null, [of_one]) for of_one in forms] if len(forms) > 1 else []
     smaller = [max(a.values(), key=lambda fit: fit.log_evidence) for a in alone if a]
-    _from_what_they_contain(fitter, found, smaller)
+    plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
+    found: Fits = {}
+
+    def keep(variants: tuple[Variant, ...]) -> None:
+        starts = [(start, plain) for start in _starts(fitter, null, variants)]
+        _keep_best(fitter, variants, starts, found)
+
+    choices = list(product(*forms))
+    if len(choices) <= _WHOLE:
+        for variants in choices:
+            keep(variants)
+        _from_what_they_contain(fitter, found, smaller)
+        return found
+    best = [_leaders(a)[0][0] if a else of_one[0] for a, of_one in zip(alone, forms, strict=True)]
+    for variants in (tuple(best), *choices):
+        keep(variants)
+        _keep_best(
+            fitter, variants, [(start_from(fitter, variants, f), plain) for f in smaller], found
+        )
+        if found:
+            break
+    _exchanged(fitter, forms, alone, found)
+    for variants in _leaders(found):
+        keep(variants)
+    _from_what_they_contain(fitter, found, [])
     return found
+
+
+def _exchanged(
+    fitter: Fitter, forms: Sequence[Sequence[Variant]], alone: Sequence[Fits], found: Fits
+) -> None:
+    """Choices that differ by one form from the best one, from where that ended, until none of them
+    is better. Numbers that the new form alone has begin where it ends by itself."""
+    while found:
+        best = _leaders(found)[0]
+        fit = found[best]
+        for k, (of_one, by_itself) in enumerate(zip(forms, alone, strict=True)):
+            for form in of_one:
+                variants = (*best[:k], form, *best[k + 1 :])
+                if variants in found:
+                    continue
+                values = start_from(fitter, variants, fit)
+                if (form,) in by_itself:
+                    other, known = by_itself[(form,)], {u.index for u in fit.unknowns}
+                    own = [u.index for u in other.unknowns if u.index not in known]
+                    values[own] = other.point.values[own]
+                _keep_best(fitter, variants, [(values, fit.noise)], found)
+        if _leaders(found)[0] == best:
+            return
 
 
 def _keep_best(
@@ -219,7 +266,7 @@ def _keep_best(
             found[variants] = fit
 
 
-def _start_from(fitter: Fitter, variants: tuple[Variant, ...], fit: Fit) -> Floats:
+def start_from(fitter: Fitter, variants: tuple[Variant, ...], fit: Fit) -> Floats:
     """The values of a fit; what it does not have begins at nothing."""
     values = fitter.start(Hypothesis(variants), {})
     kept = [u.index for u in fit.unknowns]
