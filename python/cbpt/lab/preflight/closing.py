@@ -13,10 +13,11 @@ import numpy as np
 from cbpt.lab.characteristics.loops import Loop
 from cbpt.lab.covariance.robust import typical_size
 from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.preflight.phrases import some, span
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.sizes import scatter_arcsec
 from cbpt.lab.readings.readings import Readings
-from cbpt.lab.wording.numbers import listed, rounded
+from cbpt.lab.wording.numbers import rounded
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,6 @@ class _Limits:
     """Gaps that tell how far they scatter, where readings do not."""
     share: int = 3
     """Gaps that tell what they have in common."""
-    shown: int = 5
-    """Runs that are listed."""
 
 
 _LIMITS = _Limits()
@@ -67,14 +66,10 @@ def closed_check(r: Readings, loops: Sequence[Loop]) -> Check:
 
 def _told(loops: Sequence[Loop]) -> str:
     gaps = [abs(loop.open_arcsec or 0.0) for loop in loops]
-    low, high = rounded(min(gaps)), rounded(max(gaps))
-    by = low if low == high else f"{low} to {high}"
-    runs = list(dict.fromkeys(loop.run for loop in loops))
-    more = f" and {len(runs) - _LIMITS.shown} more" if len(runs) > _LIMITS.shown else ""
-    shown = ", ".join(runs[: _LIMITS.shown]) if more else listed(runs)
+    runs = some("run", list(dict.fromkeys(loop.run for loop in loops)))
     return (
-        f"{len(loops)} {'does' if len(loops) == 1 else 'do'} not close, in run"
-        f"{'s' * (len(runs) > 1)} {shown}{more}, by {by} arcsec"
+        f"{len(loops)} {'does' if len(loops) == 1 else 'do'} not close, in {runs}, by "
+        f"{span(min(gaps), max(gaps))} arcsec"
     )
 
 

@@ -21,6 +21,7 @@ from cbpt.lab.preflight.coverage_settings import (
     told_apart,
     turn_is_covered,
 )
+from cbpt.lab.preflight.phrases import span
 from cbpt.lab.preflight.record import Blind, Check, State
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
@@ -58,7 +59,7 @@ def coverage_checks(r: Readings, case: Case | Drive | None) -> Iterator[Check]:
 
 def _sides(r: Readings) -> Check:
     above, below = int(np.sum(r.torque_Nm > 0)), int(np.sum(r.torque_Nm < 0))
-    words = f"{above} readings at positive torque, {below} at negative"
+    words = f"{_counted(above, 'reading')} at positive torque, {below} at negative"
     if not np.ptp(r.torque_Nm) > 0:
         remedy = "Load the output with several torques; without them no stiffness can be told."
         return Check("sides", "lost", words, remedy)
@@ -82,15 +83,10 @@ def _counted(n: int, what: str) -> str:
     return f"{n} {what}{'s' * (n != 1)}"
 
 
-def _span(low: float, high: float) -> str:
-    first, last = rounded(low + 0.0, 4), rounded(high + 0.0, 4)  # -0 is 0
-    return first if first == last else f"{first} to {last}"
-
-
 def _torque(r: Readings, case: Case | Drive | None) -> Check:
     torques = len(levels_of(r.torque_Nm))
     low, high = float(r.torque_Nm.min()), float(r.torque_Nm.max())
-    words, asked = f"{_counted(torques, 'torque')}, {_span(low, high)} N m", []
+    words, asked = f"{_counted(torques, 'torque')}, {span(low, high, 4)} N m", []
     if torques < _LIMITS.torques:
         asked.append(
             f"Take readings at {_LIMITS.torques} torques or more: fewer do not show how the "
@@ -128,7 +124,7 @@ def _preload(r: Readings, kind: str | None) -> Iterator[Check]:
         words, varies = f"{_counted(count, 'preload step')}, no force in newtons", count > 1
     else:
         held = levels_of(r.preload_N).value
-        words = f"{_counted(len(held), 'preload')}, {_span(held.min(), held.max())} N"
+        words = f"{_counted(len(held), 'preload')}, {span(held.min(), held.max(), 4)} N"
         varies = preload_varies(r)
         if len(held) > 1 and not varies:
             words += f": {rounded(100 * (preload_range(r) - 1))} % apart, which is too little"

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import typical_size
+from cbpt.lab.preflight.phrases import few, some
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
-from cbpt.lab.wording.numbers import listed, rounded
+from cbpt.lab.wording.numbers import rounded
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -55,8 +56,6 @@ class _Limits:
     """Share of the other neighbours that may be the same where sameness is to tell something."""
     jump: float = 5.0
     """Usual steps by which the column jumps afterwards."""
-    shown: int = 5
-    """Lines that are listed."""
 
 
 _LIMITS = _Limits()
@@ -125,9 +124,7 @@ def _columns(r: Readings) -> Iterator[tuple[str, Floats, Floats | None, str]]:
 
 def _told_far(r: Readings, name: str, off: Floats, rows: NDArray[np.int64], unit: str) -> str:
     """off: by which the readings in these rows differ from their neighbours."""
-    lines = [str(line) for line in r.line[rows[: _LIMITS.shown]].tolist()]
-    more = f" and {len(rows) - len(lines)} more" if len(rows) > len(lines) else ""
-    at = f"{r.place}{'s' * (len(rows) > 1)} {', '.join(lines) if more else listed(lines)}{more}"
+    at = some(r.place, list(map(str, r.line[rows].tolist())))
     return (
         f"the {name} of {at} lies up to {rounded(float(np.abs(off).max()))} {unit} from the "
         "readings before and after it"
@@ -136,11 +133,10 @@ def _told_far(r: Readings, name: str, off: Floats, rows: NDArray[np.int64], unit
 
 def _told_frozen(r: Readings, name: str, stretches: list[NDArray[np.int64]]) -> str:
     parts = [f"{r.line[rows[0]]} to {r.line[rows[-1]]}" for rows in stretches]
-    more = f" and {len(parts) - _LIMITS.shown} more" if len(parts) > _LIMITS.shown else ""
     other = "angle" if name == "torque" else "torque"
     return (
-        f"the {name} stays the same to the last digit in {r.place}s "
-        f"{listed(parts[: _LIMITS.shown])}{more} while the {other} goes on, and jumps afterwards"
+        f"the {name} stays the same to the last digit in {r.place}s {few(parts)} while the "
+        f"{other} goes on, and jumps afterwards"
     )
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.warnings import RATES
+from cbpt.lab.preflight.phrases import span
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.repeats_legs import Leg, legs_of
 from cbpt.lab.readings.readings import Readings
@@ -113,7 +114,7 @@ def _between(rates: list[_Rate]) -> tuple[str, list[str]]:
     typical = [rate.typical for rate in rates]
     low, high = min(typical), max(typical)
     if high <= RATES * low:
-        return f"{_span(low, high)} N m/s", []
+        return f"{span(low, high)} N m/s", []
     up, down = (
         float(np.median([rate.typical for rate in rates if rate.way == way] or [np.nan]))
         for way in (1, -1)
@@ -130,13 +131,8 @@ def _between(rates: list[_Rate]) -> tuple[str, list[str]]:
     clear = [max(means[run] / mean, mean / means[run]) > RATES for run in odd for mean in rest]
     if 0 < len(odd) <= _LIMITS.named and rest and all(clear):
         told = ", ".join(f"{rounded(means[run])} N m/s in run {run}" for run in odd)
-        return f"{told} and {_span(min(rest), max(rest))} N m/s in the others", [_ONE_RATE]
-    return f"{_span(low, high)} N m/s", [_ONE_RATE]
-
-
-def _span(low: float, high: float) -> str:
-    first, last = rounded(low), rounded(high)
-    return first if first == last else f"{first} to {last}"
+        return f"{told} and {span(min(rest), max(rest))} N m/s in the others", [_ONE_RATE]
+    return f"{span(low, high)} N m/s", [_ONE_RATE]
 
 
 def _along(r: Readings, rates: list[_Rate]) -> tuple[str, str]:
@@ -148,7 +144,7 @@ def _along(r: Readings, rates: list[_Rate]) -> tuple[str, str]:
     quick = float(np.median([rate.quick for rate in rates]))
     if quick <= _LIMITS.told * slow:
         return "", ""
-    words = f", {_span(slow, quick)} N m/s along a branch"
+    words = f", {span(slow, quick)} N m/s along a branch"
     # Finer steps near zero at one pace are those that are asked for where lost motion is read.
     steps = len(np.unique(r.torque_Nm)) <= 0.5 * len(r)
     pace = float(np.median([rate.paces for rate in rates]))

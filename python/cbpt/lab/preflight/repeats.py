@@ -21,6 +21,7 @@ from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.robust import typical_size
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.preflight.coverage_settings import angles_of
+from cbpt.lab.preflight.phrases import some
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.repeats_compared import Compared, compared, odd_runs
 from cbpt.lab.preflight.repeats_copies import copies_of
@@ -255,9 +256,7 @@ def _slopes(r: Readings, found: Compared) -> tuple[str, str]:
 
 
 def _runs(r: Readings, runs: list[int]) -> str:
-    shown = [_name(r, run) for run in runs[: _LIMITS.named]]
-    more = f" and {len(runs) - len(shown)} more" if len(runs) > len(shown) else ""
-    return f"run{'s' * (len(runs) > 1)} {', '.join(shown) if more else listed(shown)}{more}"
+    return some("run", [_name(r, run) for run in runs], _LIMITS.named)
 
 
 def _of_torque(r: Readings, groups: list[list[Leg]], scatter_arcsec: float) -> float:

@@ -20,9 +20,10 @@ from cbpt._core import Case, Drive
 from cbpt.errors import CbptError
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.preflight.phrases import some, span
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
-from cbpt.lab.wording.numbers import listed, rounded
+from cbpt.lab.wording.numbers import rounded
 
 Floats = NDArray[np.float64]
 
@@ -299,10 +300,10 @@ def _lost_signals(runs: _Runs) -> tuple[str, str] | None:
         return None
     told = []
     if runs.deaf:
-        told.append(f"in {_named(list(runs.deaf))} the torque varies and the angle hardly moves")
+        told.append(f"in {some('run', runs.deaf)} the torque varies and the angle hardly moves")
     if runs.stuck:
         told.append(
-            f"in {_named(list(runs.stuck))} the torque stays while the angle moves as in the others"
+            f"in {some('run', runs.stuck)} the torque stays while the angle moves as in the others"
         )
     return "; ".join(told), "Was a sensor off or unplugged there? Leave those runs out."
 
@@ -313,8 +314,8 @@ def _against(model: _Model, slope: float, size: float, words: str) -> Check:
     told = [words]
     if np.isfinite(found):
         told.append(
-            f"the angle changes by {rounded(slope)} arcsec/(N m), {rounded(found)} times as much "
-            "as in the model of the case"
+            f"the angle changes by {rounded(slope)} arcsec/(N m), {rounded(found)} times what it "
+            "does in the model of the case"
         )
     wrong = _beyond(found, _LIMITS.alarm)
     if model.rated_too_small(as_stated):
@@ -395,7 +396,7 @@ def _sign(runs: _Runs) -> Check:
     few = down if down.sum() <= 0.5 * len(down) else ~down
     these = [run for run, take in zip(runs.name, few.tolist(), strict=True) if take]
     way = "falls as the torque grows" if few is down else "grows with the torque"
-    words = f"the angle {way} in {_named(these)}, and not in the others"
+    words = f"the angle {way} in {some('run', these)}, and not in the others"
     remedy = "Was the torque or the angle taken with the other sign there? Turn it over in those."
     return Check(name, "look", words, remedy)
 
@@ -434,17 +435,6 @@ def _other_unit(
         names, factors = zip(*odd, strict=True)
         rest = "angles" if what == "torques" else "torques"
         yield (
-            f"the {what} of {_named(list(names))} reach {_span(list(factors))} times as far as "
-            f"those of most runs, while the {rest} do not"
+            f"the {what} of {some('run', names)} reach {span(min(factors), max(factors))} times as "
+            f"far as those of most runs, while the {rest} do not"
         )
-
-
-def _span(values: list[float]) -> str:
-    low, high = rounded(min(values)), rounded(max(values))
-    return low if low == high else f"{low} to {high}"
-
-
-def _named(runs: list[str]) -> str:
-    shown = runs[:5]
-    more = f" and {len(runs) - len(shown)} more" if len(runs) > len(shown) else ""
-    return f"run{'s' * (len(runs) > 1)} {', '.join(shown) if more else listed(shown)}{more}"
