@@ -7,8 +7,9 @@ odd_readings   single readings that are wrong, and frozen signals
 units          units and signs against the case, and runs against each other
 coverage       sides and torques, and what could not be told; coverage_settings, preloads and angles
 saturation     columns that stay at the end of their range
-repeats        what was repeated, and how far it differs; repeats_legs, the parts that are compared,
-               repeats_compared, how they differ, repeats_copies, runs that are copies
+legs           ways of the torque from one turn to the next, and which repeat each other
+repeats        what was repeated, and how far it differs; repeats_compared, how legs differ,
+               repeats_copies, runs that are copies
 display        steps of the displays
 loops          steps and noise of the torque
 rates          how fast the load went

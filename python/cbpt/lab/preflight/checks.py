@@ -12,6 +12,7 @@ from cbpt.lab.characteristics.loops import loops_of
 from cbpt.lab.preflight.closing import closed_check
 from cbpt.lab.preflight.coverage import coverage_checks
 from cbpt.lab.preflight.display import display_check
+from cbpt.lab.preflight.legs import legs_of
 from cbpt.lab.preflight.loops import steps_check, torque_noise_check
 from cbpt.lab.preflight.odd_readings import odd_check
 from cbpt.lab.preflight.rates import rates_check
@@ -30,14 +31,14 @@ def checks(readings: Readings, case: Case | Drive | None) -> Iterator[Check]:
     yield single
     if odd.any() and not odd.all():
         readings = readings.select(~odd)
-    loops = loops_of(readings)
+    loops, legs = loops_of(readings), legs_of(readings)
     yield from unit_checks(readings, case)
     yield from coverage_checks(readings, case)
     yield saturation_check(readings)
-    yield repeats_check(readings, loops)
-    yield from display_check(readings, loops)
+    yield repeats_check(readings, loops, legs)
+    yield from display_check(readings, loops, legs)
     yield from steps_check(loops, case)
     yield torque_noise_check(readings, loops)
-    yield rates_check(readings)
+    yield rates_check(readings, legs)
     yield closed_check(readings, loops)
     yield zeros_check(readings, loops, case)

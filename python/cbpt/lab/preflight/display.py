@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from cbpt.lab.characteristics.loops import Loop
 from cbpt.lab.covariance.robust import typical_size
 from cbpt.lab.covariance.within_run import display_step
+from cbpt.lab.preflight.legs import Leg
 from cbpt.lab.preflight.record import Check
-from cbpt.lab.preflight.repeats_legs import Leg, legs_of
 from cbpt.lab.preflight.sizes import to_resolve_arcsec, turn_arcsec, width_arcsec
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
@@ -84,9 +84,8 @@ def _lattice(values: Floats) -> float:
     return float(least * np.median(steps / np.round(steps))) if off.max() < _LIMITS.digits else 0.0
 
 
-def display_check(r: Readings, loops: list[Loop]) -> Iterator[Check]:
+def display_check(r: Readings, loops: list[Loop], legs: list[Leg]) -> Iterator[Check]:
     """The step of the display of the angle, and that of the torque where it matters."""
-    legs = legs_of(r)
     step = _Step.of(r.elastic_angle_arcsec)
     yield _of_angle(r, loops, step, _typical([_off_lines(r, leg) for leg in legs]))
     in_time = _typical([np.diff(r.elastic_angle_arcsec[leg.rows], 3) / 20**0.5 for leg in legs])

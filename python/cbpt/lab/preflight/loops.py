@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive
+from cbpt.lab.characteristics.figures import Convention
 from cbpt.lab.characteristics.loops import Loop
 from cbpt.lab.characteristics.warnings import step_near_zero_Nm
 from cbpt.lab.preflight.record import Check
@@ -29,8 +30,6 @@ Floats = NDArray[np.float64]
 class _Limits:
     """From where another look is due."""
 
-    window: float = 0.03
-    """Share of the rated torque at which lost motion is read."""
     uneven: float = 1.5
     """Slope across that window over that of the whole loop from which on a straight line between
     coarse steps is no good."""
@@ -53,7 +52,7 @@ def steps_check(loops: list[Loop], case: Case | Drive | None) -> Iterator[Check]
         return
     name = "steps of the torque"
     rated = case.rated_torque_Nm if isinstance(case, Case) else None
-    window = _LIMITS.window * (rated or max(loop.amplitude_Nm for loop in loops))
+    window = Convention(rated or max(loop.amplitude_Nm for loop in loops)).window_Nm
     branches = [branch for loop in loops for branch in loop.branches]
     largest = step_near_zero_Nm(branches, window)
     if not largest:

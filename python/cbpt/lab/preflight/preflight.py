@@ -37,7 +37,7 @@ class Preflight(Reported):
 
     source: Readings = field(repr=False)
     checks: tuple[Check, ...]
-    """One for each subject: units, sides, coverage, repeats, display, rates, loops, zeros."""
+    """One for each subject, in the order of `checks`."""
     cannot_tell: tuple[Blind, ...]
     """Effects that these readings cannot show, and what the rig would have to do."""
 

@@ -10,16 +10,16 @@ other that way.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.warnings import RATES
+from cbpt.lab.preflight.legs import Leg
 from cbpt.lab.preflight.phrases import span
 from cbpt.lab.preflight.record import Check
-from cbpt.lab.preflight.repeats_legs import Leg, legs_of
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
 
@@ -82,13 +82,13 @@ class _Pause:
     before: str
 
 
-def rates_check(r: Readings) -> Check:
-    """Rates, where there are times and legs."""
+def rates_check(r: Readings, every: Sequence[Leg]) -> Check:
+    """Rates, where there are times and legs. every: all legs of the table."""
     name = "rates"
     if r.time_s is None:
         remedy = "Record the time of each reading: drift, creep and the rate need it."
         return Check(name, "lost", "no time in the table", remedy)
-    legs = [leg for leg in legs_of(r) if len(leg.rows) > 2]
+    legs = [leg for leg in every if len(leg.rows) > 2]
     usual = np.median([len(leg.rows) for leg in legs]) if legs else 0
     legs = [leg for leg in legs if len(leg.rows) >= 0.5 * usual]  # few readings tell no rate
     later = {leg.way for leg in legs if not leg.first}

@@ -21,11 +21,11 @@ from cbpt.lab.covariance.repeatability import Repeats, pooled
 from cbpt.lab.covariance.robust import typical_size
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.preflight.coverage_settings import angles_of
+from cbpt.lab.preflight.legs import Leg, likes_of
 from cbpt.lab.preflight.phrases import some
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.repeats_compared import Compared, compared, odd_runs
 from cbpt.lab.preflight.repeats_copies import copies_of
-from cbpt.lab.preflight.repeats_legs import Leg, legs_of, likes_of
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.wording.numbers import listed, percent, rounded
@@ -67,10 +67,9 @@ _TOO_MUCH = (
 )
 
 
-def repeats_check(r: Readings, loops: list[Loop]) -> Check:
+def repeats_check(r: Readings, loops: list[Loop], legs: list[Leg]) -> Check:
     """What was taken again under the same conditions."""
     settings = _settings(r)
-    legs = legs_of(r)
     groups = likes_of(r, legs, settings)
     copies = copies_of(r, legs, groups)
     step = display_step(r.elastic_angle_arcsec)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import typical_size
-from cbpt.lab.preflight.repeats_legs import Leg
+from cbpt.lab.preflight.legs import Leg
 from cbpt.lab.readings.readings import Readings
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cbpt.lab.preflight.repeats_legs import Leg
+from cbpt.lab.preflight.legs import Leg
 from cbpt.lab.readings.readings import Readings
 
 

@@ -8,6 +8,7 @@ in_memory    tables handed over as objects
 files        tables in files of other programs: parts finds the tables in what such a file holds,
              apart has it read in a process of its own, child is that process
 set_points   the values that a rig was set to
+whole_turns  angles of an encoder that begins again after a turn
 unit_check   signs that a unit is another than the one stated
 inputs       a case and its readings
 """

@@ -1,6 +1,6 @@
 """Angles of an encoder that counts on from anywhere, and begins again after a whole turn.
 
-unwrapped    angles without the jumps of a whole turn
+unwrapped    angles without the jumps of a whole turn; unwrapped_note, what is said of them
 absurd       angles and uncertainties that no drive has
 about_runs   how far angles lie from the middle of their run
 
@@ -21,7 +21,7 @@ from cbpt.lab.wording.numbers import listed
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TURN_ARCSEC = 1296000.0
+_TURN_ARCSEC = 1296000.0
 _LEFT = 1 / 16
 """Share of a turn by which a reading may differ from the one before it once the turn is taken off:
 more is a wrong number, and not an encoder that begins again."""
@@ -37,22 +37,22 @@ def unwrapped(angle_arcsec: Floats, run: NDArray[np.int64]) -> tuple[Floats, Int
     order = np.argsort(run, kind="stable")
     angle, index = angle_arcsec[order], run[order]
     step = np.diff(angle)
-    turns = np.where(np.diff(index) == 0, np.round(step / TURN_ARCSEC), 0.0)
-    left = np.abs(step - turns * TURN_ARCSEC)[turns != 0]
-    if left.size and left.max() > _LEFT * TURN_ARCSEC:
+    turns = np.where(np.diff(index) == 0, np.round(step / _TURN_ARCSEC), 0.0)
+    left = np.abs(step - turns * _TURN_ARCSEC)[turns != 0]
+    if left.size and left.max() > _LEFT * _TURN_ARCSEC:
         return angle_arcsec, np.zeros(0, dtype=np.int64)
     jumped = np.r_[0.0, turns]
     total = np.cumsum(jumped)
     starts = np.flatnonzero(np.r_[True, np.diff(index) != 0])
     # Each run begins with the turn that its first reading has.
     total -= total[starts][np.cumsum(np.r_[True, np.diff(index) != 0]) - 1]
-    angle = angle - total * TURN_ARCSEC
+    angle = angle - total * _TURN_ARCSEC
     first = float(np.median(angle[: starts[1]])) if len(starts) > 1 else 0.0
     for a, b in pairwise([*starts[1:].tolist(), len(angle)]):
         off = float(np.median(angle[a:b])) - first
-        whole = np.round(off / TURN_ARCSEC)
-        if whole and abs(off - whole * TURN_ARCSEC) <= _LEFT * TURN_ARCSEC:
-            angle[a:b] -= whole * TURN_ARCSEC
+        whole = np.round(off / _TURN_ARCSEC)
+        if whole and abs(off - whole * _TURN_ARCSEC) <= _LEFT * _TURN_ARCSEC:
+            angle[a:b] -= whole * _TURN_ARCSEC
             jumped[a] = whole
     found = np.empty_like(angle_arcsec)
     found[order] = angle
@@ -79,10 +79,10 @@ def absurd(
         if key not in values:
             continue
         size = np.abs(values[key])
-        beyond = size > 0.5 * TURN_ARCSEC
+        beyond = size > 0.5 * _TURN_ARCSEC
         if not least:
-            beyond = size > 1.5 * TURN_ARCSEC  # one turn, and what was unwrapped
-            beyond |= np.abs(about_runs(values[key], run)) > 0.5 * TURN_ARCSEC
+            beyond = size > 1.5 * _TURN_ARCSEC  # one turn, and what was unwrapped
+            beyond |= np.abs(about_runs(values[key], run)) > 0.5 * _TURN_ARCSEC
         rows = np.flatnonzero(beyond | (size < least))
         if len(rows):
             expected = (
