@@ -102,13 +102,13 @@ def test_the_scatter_is_that_of_a_reading(torque_noise: float, readings: int, tr
 
 def test_scatter_of_the_torque_is_no_misstated_uncertainty() -> None:
     repeats = check("repeats", stated(logged(0.1), 2.0))
-    assert repeats.state == "good" and "scatter of the torque makes" in repeats.finding
+    assert repeats.state == "good" and "scatter of the torque alone makes" in repeats.finding
 
 
 @pytest.mark.parametrize(("noise", "state"), [(20.0, "good"), (300.0, "look")])
 def test_a_scatter_that_makes_figures_useless_is_told(noise: float, state: str) -> None:
     repeats = check("repeats", table([ramp()] * 3, noise))
-    assert repeats.state == state and "% of the turn" in repeats.finding
+    assert repeats.state == state and "% of the range of the angle" in repeats.finding
 
 
 def test_a_run_that_scatters_more_is_named() -> None:

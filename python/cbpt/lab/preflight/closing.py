@@ -53,8 +53,9 @@ def closed_check(r: Readings, loops: Sequence[Loop]) -> Check:
         return Check("loops", "look", f"{words}; {_told(open_)}", remedy)
     if drift := _shared(r, whole):
         remedy = (
-            "That is more than they differ by at random: a drift, or a first loading in each run. "
-            f"Let the rig warm up{fitted}, or repeat the cycle in each run."
+            "The scatter of the readings does not explain that: a drift, or a first loading in "
+            f"each run. Let the rig warm up{fitted}, or begin each run with a cycle that does not "
+            "count."
         )
         return Check("loops", "look", f"{words}; {drift}", remedy)
     composed = sum(loop.composed for loop in whole)
@@ -98,11 +99,11 @@ def _shared(r: Readings, whole: Sequence[Loop]) -> str:
     if abs(mean) <= least:
         return ""
     words = (
-        f"on average they end {rounded(abs(mean))} arcsec {'beyond' if mean > 0 else 'short of'} "
-        "where they began"
+        f"the angle ends {rounded(abs(mean))} arcsec {'above' if mean > 0 else 'below'} where a "
+        "loop began, on average"
     )
     if r.time_s is not None:
         rows = [np.concatenate([b.row for b in loop.branches]) for loop in known]
         took = [np.ptp(np.interp([x.min(), x.max()], np.arange(len(r)), r.time_s)) for x in rows]
-        words += f", in {rounded(float(np.median(took)))} s"
+        words += f"; one loop takes {rounded(float(np.median(took)))} s"
     return words

@@ -21,7 +21,7 @@ from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.saturation import follows_torque, saturated
 from cbpt.lab.preflight.sizes import to_resolve_arcsec, turn_arcsec
 from cbpt.lab.readings.readings import Readings
-from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.numbers import percent, rounded
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,8 @@ def steps_check(loops: list[Loop], case: Case | Drive | None) -> Iterator[Check]
         return
     name = "steps of the torque"
     rated = case.rated_torque_Nm if isinstance(case, Case) else None
-    window = Convention(rated or max(loop.amplitude_Nm for loop in loops)).window_Nm
+    reach = rated or max(loop.amplitude_Nm for loop in loops)
+    window, of_what = Convention(reach).window_Nm, "rated" if rated else "largest"
     branches = [branch for loop in loops for branch in loop.branches]
     largest = step_near_zero_Nm(branches, window)
     if not largest:
@@ -61,16 +62,22 @@ def steps_check(loops: list[Loop], case: Case | Drive | None) -> Iterator[Check]
         return
     words = (
         f"steps of {rounded(largest)} N m near zero; lost motion is read off at "
-        f"+-{rounded(window)} N m"
+        f"+-{rounded(window)} N m, {percent(window / reach)} of the {of_what} torque"
     )
     uneven = _unevenness(loops, window)
     if largest <= window * _LIMITS.slack:
         yield Check(name, "good", words)
     elif uneven <= _LIMITS.uneven:
-        words += ", and the angle changes there about as evenly as elsewhere"
+        words += (
+            ". The steps are coarser, but the slope there is about that of the whole loop, so lost "
+            "motion can be interpolated"
+        )
         yield Check(name, "good", words)
     else:
-        words += f"; the angle changes there {rounded(uneven)} times as fast as elsewhere"
+        words += (
+            f". The steps are coarser, and the slope there is {rounded(uneven)} times that of the "
+            "whole loop"
+        )
         yield Check(name, "look", words, "Take finer steps near zero, or lost motion is a guess.")
 
 

@@ -96,13 +96,11 @@ def odd_check(r: Readings) -> tuple[Check, Bools]:
             still[np.concatenate(stretches)] = True
     if far.any():
         remedies.append(
-            "Look at those lines: a spike, a wrong digit or a lost sample? Correct them, or leave "
-            "them out."
+            "A spike, a wrong digit or a lost sample? Correct the table there, or remove the row."
         )
     if still.any():
         remedies.append(
-            "Did the signal freeze, or the logger lose it? Leave those readings out, or measure "
-            "again."
+            "Did the signal freeze, or the logger lose it? Remove those rows, or measure again."
         )
     name = "single readings"
     if not words:
@@ -110,7 +108,7 @@ def odd_check(r: Readings) -> tuple[Check, Bools]:
         if max(map(len, runs)) <= 2 * _LIMITS.neighbours:
             told = "the runs are too short to tell whether one reading lies far from the others"
         return Check(name, "good", told), far
-    words.append("the other checks leave them out")
+    words.append("the other checks leave that out, compare and diagnose do not")
     return Check(name, "look", "; ".join(words), " ".join(remedies)), far | still
 
 
@@ -126,8 +124,8 @@ def _told_far(r: Readings, name: str, off: Floats, rows: NDArray[np.int64], unit
     """off: by which the readings in these rows differ from their neighbours."""
     at = some(r.place, list(map(str, r.line[rows].tolist())))
     return (
-        f"the {name} of {at} lies up to {rounded(float(np.abs(off).max()))} {unit} from the "
-        "readings before and after it"
+        f"the {name} of {at} lies {'up to ' * (len(rows) > 1)}"
+        f"{rounded(float(np.abs(off).max()))} {unit} from the readings before and after it"
     )
 
 

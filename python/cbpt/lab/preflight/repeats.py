@@ -95,7 +95,9 @@ def _with_copies(r: Readings, check: Check, runs: list[tuple[int, int]]) -> Chec
     ]
     more = f", and so on in {len(runs) - len(shown)} more" if len(runs) > len(shown) else ""
     words = f"{listed(shown)}{more}, to the last digit; {check.finding}"
-    remedy = "Were rows copied? Leave the copies out: they were counted once here."
+    remedy = (
+        "Were rows copied? If so, remove the copies from the table. In this check they count once."
+    )
     return Check(check.subject, "look", words, f"{remedy} {check.remedy}".strip())
 
 
@@ -152,7 +154,7 @@ def _of_readings(found: Repeats, turn_arcsec: float) -> Check:
     share = found.u_arcsec / turn_arcsec
     words = (
         f"{found}; standard deviation {rounded(found.u_arcsec)} arcsec, {rounded(100 * share)} % "
-        "of the turn"
+        "of the range of the angle"
     )
     check = _against_stated(words, (found.ratio, found.ratio))
     if share <= _LIMITS.of_turn:
@@ -211,10 +213,10 @@ def _told(r: Readings, found: Compared, part: float) -> str:
     words = (
         f"{len(np.unique(found.row))} readings of {runs} run{'s' * (runs > 1)} were repeated; a "
         f"reading scatters by {rounded(size)} arcsec about the mean at its torque (standard "
-        f"deviation), {rounded(100 * size / found.turn_arcsec)} % of the turn"
+        f"deviation), {rounded(100 * size / found.turn_arcsec)} % of the range of the angle"
     )
     if part > _LIMITS.explained**0.5 * size:
-        words += f", of which the scatter of the torque makes about {rounded(part, 2)} arcsec"
+        words += f"; the scatter of the torque alone makes about {rounded(part, 2)} arcsec"
     apart = float(np.mean(~found.near))
     if apart > _LIMITS.apart:
         words += f"; {percent(apart)} of the readings are further off and left out of that"

@@ -305,7 +305,8 @@ def _lost_signals(runs: _Runs) -> tuple[str, str] | None:
         told.append(
             f"in {some('run', runs.stuck)} the torque stays while the angle moves as in the others"
         )
-    return "; ".join(told), "Was a sensor off or unplugged there? Leave those runs out."
+    remedy = "Was a sensor off or unplugged there? If so, remove the run from the table."
+    return "; ".join(told), remedy
 
 
 def _against(model: _Model, slope: float, size: float, words: str) -> Check:
@@ -314,8 +315,8 @@ def _against(model: _Model, slope: float, size: float, words: str) -> Check:
     told = [words]
     if np.isfinite(found):
         told.append(
-            f"the angle changes by {rounded(slope)} arcsec/(N m), {rounded(found)} times what it "
-            "does in the model of the case"
+            f"the angle changes by {rounded(slope)} arcsec/(N m), {rounded(found)} times what the "
+            "model of the case file says"
         )
     wrong = _beyond(found, _LIMITS.alarm)
     if model.rated_too_small(as_stated):
