@@ -15,6 +15,5 @@ loops          steps and noise of the torque
 rates          how fast the load went
 closing        loops that do not close, and drift
 zeros          angles of the runs at zero torque
-phrases        parts of their sentences
 sizes          turn, width and scatter of loops, for all of these
 """

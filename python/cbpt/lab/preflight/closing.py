@@ -13,11 +13,11 @@ import numpy as np
 from cbpt.lab.characteristics.loops import Loop
 from cbpt.lab.covariance.robust import typical_size
 from cbpt.lab.covariance.within_run import display_step
-from cbpt.lab.preflight.phrases import some, span
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.sizes import scatter_arcsec
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.phrases import some, span
 
 
 @dataclass(frozen=True)

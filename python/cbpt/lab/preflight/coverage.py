@@ -21,11 +21,11 @@ from cbpt.lab.preflight.coverage_settings import (
     told_apart,
     turn_is_covered,
 )
-from cbpt.lab.preflight.phrases import span
 from cbpt.lab.preflight.record import Blind, Check, State
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.phrases import span
 
 
 @dataclass(frozen=True)

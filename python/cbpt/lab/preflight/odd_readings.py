@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.covariance.robust import typical_size
-from cbpt.lab.preflight.phrases import few, some
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.phrases import few, some
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

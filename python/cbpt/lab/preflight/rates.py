@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from cbpt.lab.characteristics.warnings import RATES
 from cbpt.lab.preflight.legs import Leg
-from cbpt.lab.preflight.phrases import span
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.phrases import span
 
 Floats = NDArray[np.float64]
 

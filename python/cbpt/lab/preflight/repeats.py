@@ -22,13 +22,13 @@ from cbpt.lab.covariance.robust import typical_size
 from cbpt.lab.covariance.within_run import display_step
 from cbpt.lab.preflight.coverage_settings import angles_of
 from cbpt.lab.preflight.legs import Leg, likes_of
-from cbpt.lab.preflight.phrases import some
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.preflight.repeats_compared import Compared, compared, odd_runs
 from cbpt.lab.preflight.repeats_copies import copies_of
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.wording.numbers import listed, percent, rounded
+from cbpt.lab.wording.phrases import some
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -20,10 +20,10 @@ from cbpt._core import Case, Drive
 from cbpt.errors import CbptError
 from cbpt.lab.model.forward import Assembled
 from cbpt.lab.model.own_terms import campaign_of
-from cbpt.lab.preflight.phrases import some, span
 from cbpt.lab.preflight.record import Check
 from cbpt.lab.readings.readings import Readings
 from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.phrases import some, span
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.wording.numbers import listed
+from cbpt.lab.wording.phrases import some
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -61,11 +61,9 @@ def unwrapped(angle_arcsec: Floats, run: NDArray[np.int64]) -> tuple[Floats, Int
 
 def unwrapped_note(place: str, lines: list[int]) -> str:
     """What is said where whole turns were taken off, given the lines at which angles jumped."""
-    shown = listed([str(line) for line in lines[:5]])
-    more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
     return (
-        f"the angle jumps by 360 deg at {place}{'s' * (len(lines) > 1)} {shown}{more}, as an "
-        "encoder does that begins again after a turn: whole turns were taken off"
+        f"the angle jumps by 360 deg at {some(place, list(map(str, lines)))}, as an encoder does "
+        "that begins again after a turn: whole turns were taken off"
     )
 
 

@@ -1,4 +1,4 @@
-"""Parts of sentences that several checks have.
+"""Parts of sentences that many have.
 
 few    the first few names of many
 some   a word in front of them
