@@ -9,7 +9,7 @@
 use super::dual::Dual;
 use super::friction_hysteresis::{ENGAGEMENT_ANGLE, dahl};
 use super::friction_limit;
-use super::port::{Action, Friction, Load, Row};
+use super::port::{Action, Friction};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::Quantity;
 
@@ -46,10 +46,10 @@ pub static SPEC: Spec = Spec {
         .log(),
     ],
     twins: &[],
-    action: Action::Load(act),
+    action: Action::Friction(act),
 };
 
-fn act(own: &[Dual], _: &Row, load: &mut Load) {
+fn act(own: &[Dual]) -> Vec<Friction> {
     let [radius_m, engagement_rad, torque_Nm, share, ratio] = [own[0], own[1], own[2], own[3], own[4]];
     let part = |of: Dual, engagement_angle_rad, helps| Friction {
         law: dahl,
@@ -60,8 +60,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         exponent: Dual::constant(1.0),
         helps,
     };
-    load.friction.push(part(share + 1.0, engagement_rad, false));
-    load.friction.push(part(share, engagement_rad * ratio, true));
+    vec![part(share + 1.0, engagement_rad, false), part(share, engagement_rad * ratio, true)]
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 
 use super::dual::Dual;
 use super::friction_limit;
-use super::port::{Action, Friction, Load, Row};
+use super::port::{Action, Friction};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::{ARCSEC, Quantity};
 
@@ -45,13 +45,13 @@ pub static SPEC: Spec = Spec {
         friction_limit::LOAD,
     ],
     twins: &[],
-    action: Action::Load(act),
+    action: Action::Friction(act),
 };
 
 /// Elements that stand for all: the first loading is right to 0.3 % of the largest torque, and to 0.1 % where x >= 0.
 const ELEMENTS: u32 = 24;
 
-fn act(own: &[Dual], _: &Row, load: &mut Load) {
+fn act(own: &[Dual]) -> Vec<Friction> {
     let [radius_m, slip_rad, torque_Nm, exponent, load_share] = [own[0], own[1], own[2], own[3], own[4]];
     let power = exponent.value + 2.0;
     // What slips before a share of the slip angle, and its derivative by the exponent.
@@ -59,10 +59,10 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         let share = edge.powf(power);
         exponent.chain(share, if edge > 0.0 { share * edge.ln() } else { 0.0 })
     };
-    for element in 0..ELEMENTS {
+    let element = |element: u32| {
         let edge = |step: f64| (f64::from(element) + step) / f64::from(ELEMENTS);
         let share = before(edge(1.0)) - before(edge(0.0));
-        load.friction.push(Friction {
+        Friction {
             law: jenkin,
             radius_m: radius_m * share,
             torque_Nm: torque_Nm * share,
@@ -70,8 +70,9 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
             engagement_angle_rad: slip_rad * edge(0.5),
             exponent: Dual::constant(0.0),
             helps: false,
-        });
-    }
+        }
+    };
+    (0..ELEMENTS).map(element).collect()
 }
 
 /// An element's torque over its limit after the rotation `way_rad` from `before`, and its derivatives by the way, by `before` and by
@@ -87,7 +88,8 @@ pub fn jenkin(before: f64, way_rad: f64, slip_rad: f64, _: f64) -> (f64, [f64; 4
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::testing::{ROW, vanishes};
+    use crate::effect::port::Load;
+    use crate::effect::testing::vanishes;
 
     const SLIP_RAD: f64 = 1e-4;
 
@@ -95,8 +97,7 @@ mod tests {
     fn along(exponent: f64, angles: &[f64]) -> Vec<f64> {
         let own = [0.0, SLIP_RAD, 2.0, exponent, 0.0].map(Dual::constant);
         let zero = Dual::constant(0.0);
-        let mut load = Load { torque_Nm: zero, preload_N: zero, spring_N_per_m: zero, friction: Vec::new() };
-        act(&own, &ROW, &mut load);
+        let load = Load { torque_Nm: zero, preload_N: zero, spring_N_per_m: zero, friction: act(&own) };
         let mut states = vec![0.0; load.friction.len()];
         let mut at = 0.0;
         let mut torques = Vec::new();

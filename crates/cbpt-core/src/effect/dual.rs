@@ -43,6 +43,7 @@ impl Dual {
 
     /// f(x) by the chain rule, from f and df/dx at x.
     #[must_use]
+    #[inline]
     pub fn chain(&self, value: f64, slope: f64) -> Self {
         Self { value, partials: self.partials.map(|partial| slope * partial) }
     }
@@ -83,10 +84,19 @@ impl Dual {
     }
 
     /// Adds `slope` times what `of` depends on: one term of a total derivative; the value stays.
+    #[inline]
     pub fn add_slope(&mut self, slope: f64, of: &Self) {
         for (mine, theirs) in self.partials.iter_mut().zip(&of.partials) {
             *mine += slope * theirs;
         }
+    }
+
+    /// Adds `factor` times `one` times `other`.
+    #[inline]
+    pub fn add_product(&mut self, factor: f64, one: &Self, other: &Self) {
+        self.value += factor * one.value * other.value;
+        self.add_slope(factor * other.value, one);
+        self.add_slope(factor * one.value, other);
     }
 
     /// 1/x.

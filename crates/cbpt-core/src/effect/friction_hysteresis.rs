@@ -10,7 +10,7 @@
 
 use super::dual::Dual;
 use super::friction_limit;
-use super::port::{Action, Friction, Load, Row};
+use super::port::{Action, Friction};
 use super::spec::{Class, Parameter, Port, Reducers, Spec};
 use crate::units::{ARCSEC, Quantity};
 
@@ -38,7 +38,7 @@ pub static SPEC: Spec = Spec {
         .likely(0.0, 1.0),
     ],
     twins: &[],
-    action: Action::Load(act),
+    action: Action::Friction(act),
 };
 
 /// Angle over which the friction builds up after a reversal.
@@ -52,8 +52,8 @@ pub(super) const ENGAGEMENT_ANGLE: Parameter = Parameter::shape(
 .likely(0.3 * ARCSEC, 60.0 * ARCSEC)
 .log();
 
-fn act(own: &[Dual], _: &Row, load: &mut Load) {
-    load.friction.push(Friction {
+fn act(own: &[Dual]) -> Vec<Friction> {
+    vec![Friction {
         law: dahl,
         radius_m: own[0],
         engagement_angle_rad: own[1],
@@ -61,7 +61,7 @@ fn act(own: &[Dual], _: &Row, load: &mut Load) {
         load_share: own[3],
         exponent: own[4],
         helps: false,
-    });
+    }]
 }
 
 /// Nearer to 1 the exponent is 1.

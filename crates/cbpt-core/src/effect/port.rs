@@ -90,8 +90,11 @@ impl Friction {
 
     /// Largest friction torque under a load, N m; negative where it helps.
     pub fn limit_Nm(&self, load: &Load) -> Dual {
-        let limit = self.radius_m * load.preload_N + self.torque_Nm + self.load_share * load.torque_Nm.abs();
-        if self.helps { -limit } else { limit }
+        let sign = if self.helps { -1.0 } else { 1.0 };
+        let mut limit = self.torque_Nm * sign;
+        limit.add_product(sign, &self.radius_m, &load.preload_N);
+        limit.add_product(sign * load.torque_Nm.value.signum(), &self.load_share, &load.torque_Nm);
+        limit
     }
 }
 
@@ -163,6 +166,8 @@ pub enum Action {
     Spread,
     /// Changes the load.
     Load(fn(&[Dual], &Row, &mut Load)),
+    /// Frictions of the output's rotation that are the same at every reading.
+    Friction(fn(&[Dual]) -> Vec<Friction>),
     /// Changes the load by the temperature of a part (K, less the first one), which follows the measured one with the effect's
     /// number of this place as time constant; see [`super::lag`].
     ThermalLoad(usize, fn(&[Dual], Dual, &mut Load)),

@@ -52,6 +52,7 @@ pub fn load(spec: &Spec, own: &[f64]) -> Load {
     };
     match spec.action {
         Action::Load(act) => act(&duals(own), &ROW, &mut load),
+        Action::Friction(act) => load.friction = act(&duals(own)),
         Action::ThermalLoad(_, act) => {
             act(&duals(own), Dual::constant(ROW.temperature_difference_K), &mut load);
         }
@@ -133,7 +134,7 @@ pub fn vanishes(spec: &Spec) {
     let own: Vec<f64> = spec.parameters.iter().map(|parameter| parameter.neutral).collect();
     match spec.action {
         Action::Spread => {}
-        Action::Load(_) | Action::ThermalLoad(..) => {
+        Action::Load(_) | Action::Friction(_) | Action::ThermalLoad(..) => {
             let load = load(spec, &own);
             let values = [load.torque_Nm.value, load.preload_N.value, load.spring_N_per_m.value];
             assert_eq!(values, [ROW.torque_Nm, ROW.preload_N, 0.0]);

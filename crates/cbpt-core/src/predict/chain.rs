@@ -6,7 +6,7 @@ use crate::effect::Port;
 use crate::effect::dual::Dual;
 use crate::effect::lag::part_temperatures;
 use crate::effect::own::OwnEffect;
-use crate::effect::port::{Action, Contact, DriveNumbers, Load, Row};
+use crate::effect::port::{Action, Contact, DriveNumbers, Friction, Load, Row};
 use crate::effect::spec::Spec;
 
 use super::added::Added;
@@ -22,6 +22,8 @@ pub struct Link {
     part_temperatures: Vec<Dual>,
     /// What it adds to the torque of every reading, N m; empty where it adds none.
     torques_Nm: Vec<Dual>,
+    /// What rubs by it, alike at every reading.
+    friction: Vec<Friction>,
 }
 
 impl Link {
@@ -37,7 +39,8 @@ impl Link {
         } else {
             Vec::new()
         };
-        Self { port: spec.port, action: spec.action, own, part_temperatures, torques_Nm }
+        let friction = if let Action::Friction(act) = spec.action { act(&own) } else { Vec::new() };
+        Self { port: spec.port, action: spec.action, own, part_temperatures, torques_Nm, friction }
     }
 
     fn temperature(&self, row: &Row) -> Dual {
@@ -59,6 +62,11 @@ pub struct Chain {
 }
 
 impl Chain {
+    /// What rubs at every reading alike; what does at one reading is in its load.
+    pub fn friction(&self) -> impl Iterator<Item = &Friction> {
+        self.links.iter().flat_map(|link| &link.friction)
+    }
+
     /// The load of a row: the instruments' gains first, then what acts on its way to the meshing points, then what own
     /// effects have added.
     pub fn load(&self, row: &Row, added: &Added) -> Load {

@@ -52,27 +52,25 @@ impl Memory {
     }
 
     /// The total angle from the one at the meshing points' torque held; moves on to it.
-    /// limits: the largest torque of each friction, N m.
-    pub fn after(&mut self, at_torque: Dual, per_torque: f64, load: &Load, limits: &[Dual]) -> Dual {
+    pub fn after(&mut self, at_torque: Dual, per_torque: f64, torque_Nm: Dual, rubs: &Rubs) -> Dual {
         let way = at_torque.value - self.angle_rad.value;
-        let mut torque = load.torque_Nm;
-        let mut resistance = 1.0;
+        let mut torque = torque_Nm;
+        let mut per_way = 0.0;
         // The states without what the way adds to their derivatives.
         self.by_way.clear();
-        for ((state, friction), limit) in self.states.iter_mut().zip(&load.friction).zip(limits) {
+        for ((state, friction), limit) in self.states.iter_mut().zip(&rubs.friction).zip(&rubs.limits_Nm) {
             let (z, [by_way, by_before, by_angle, by_exponent]) = friction.after(state.value, way);
             *state = state.chain(z, by_before);
             state.add_slope(by_angle, &friction.engagement_angle_rad);
             state.add_slope(by_exponent, &friction.exponent);
             state.add_slope(-by_way, &self.angle_rad);
-            let mut held = *state;
-            held.add_slope(by_way, &at_torque);
-            torque = torque - *limit * held;
-            resistance += per_torque * limit.value * by_way;
+            torque.add_product(-1.0, limit, state);
+            per_way += limit.value * by_way;
             self.by_way.push(by_way);
         }
+        torque.add_slope(-per_way, &at_torque);
         let mut total = at_torque;
-        total.add_slope(per_torque / resistance, &torque);
+        total.add_slope(per_torque / (1.0 + per_torque * per_way), &torque);
         for (state, by_way) in self.states.iter_mut().zip(&self.by_way) {
             state.add_slope(*by_way, &total);
         }
@@ -81,12 +79,43 @@ impl Memory {
     }
 }
 
+/// What rubs at a row.
+#[derive(Debug, Clone, Default)]
+pub struct Rubs {
+    /// Those that are alike at every row first.
+    friction: Vec<Friction>,
+    /// How many these are.
+    lasting: usize,
+    /// The largest torque of each under the load of the row, N m.
+    limits_Nm: Vec<Dual>,
+}
+
+impl Rubs {
+    /// What rubs at every row alike.
+    pub fn lasting(friction: Vec<Friction>) -> Self {
+        Self { lasting: friction.len(), friction, limits_Nm: Vec::new() }
+    }
+
+    /// Goes to a row with its load.
+    pub fn under(&mut self, load: &Load) {
+        self.friction.truncate(self.lasting);
+        self.friction.extend_from_slice(&load.friction);
+        self.limits_Nm.clear();
+        self.limits_Nm.extend(self.friction.iter().map(|friction| friction.limit_Nm(load)));
+    }
+
+    /// How many frictions there are.
+    pub fn count(&self) -> usize {
+        self.friction.len()
+    }
+}
+
 /// A row whose meshing points carry what friction leaves of its torque.
 pub struct Held<'a> {
     pub site: &'a Site<'a>,
     pub load: &'a Load,
-    /// The largest torque of each friction under that load, N m.
-    pub limits_Nm: &'a [Dual],
+    /// Under that load.
+    pub rubs: &'a Rubs,
     /// What stands in series, rad.
     pub series_rad: f64,
     pub memory: &'a Memory,
@@ -222,7 +251,7 @@ impl Held<'_> {
     /// The frictions that help, or the others, with their states before the way and their limits (N m); without those of which
     /// only the sensitivity is wanted.
     fn frictions(&self, helps: bool) -> impl Iterator<Item = (f64, f64, &Friction)> {
-        let all = self.memory.states.iter().zip(self.limits_Nm).zip(&self.load.friction);
+        let all = self.memory.states.iter().zip(&self.rubs.limits_Nm).zip(&self.rubs.friction);
         all.filter(move |((_, limit), friction)| friction.helps == helps && limit.value != 0.0).map(
             move |((z, limit), friction)| {
                 let limit_Nm = if helps { limit.value.min(0.0) } else { limit.value.max(0.0) };

@@ -377,12 +377,9 @@ impl Predictor {
 
     /// Whether rows of a run depend on each other: friction acts, or its sensitivity is wanted.
     fn remembers(&self, chain: &Chain, wanted: &[usize]) -> bool {
-        let acts = self
-            .rows
-            .by_run()
-            .first()
-            .is_some_and(|row| !chain.load(row, &Added::NOTHING).friction.is_empty());
-        acts || wanted.iter().any(|slot| effect::RUBS.contains(&self.effects[self.slots[*slot].effect].id()))
+        let acts = || self.rows.by_run().first().map(|row| chain.load(row, &Added::NOTHING));
+        let rubs = chain.friction().next().is_some() || acts().is_some_and(|load| !load.friction.is_empty());
+        rubs || wanted.iter().any(|slot| effect::RUBS.contains(&self.effects[self.slots[*slot].effect].id()))
     }
 
     /// Which answers of the meshing points the wanted parameters need.

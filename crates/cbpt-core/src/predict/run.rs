@@ -15,7 +15,7 @@ use crate::status::Status;
 
 use super::added::Added;
 use super::chain::Chain;
-use super::friction::{Held, Memory};
+use super::friction::{Held, Memory, Rubs};
 use super::mesh::{Mesh, Wanted, Warm};
 use super::site::Site;
 
@@ -196,11 +196,11 @@ impl Block<'_> {
                 continue;
             }
             let load = &history.load;
-            let found = if load.friction.is_empty() {
+            let found = if history.rubs.count() == 0 {
                 site.solve([load.torque_Nm.value, preload_N], wanted, &mut state.warm)
             } else {
-                let SoFar { limits_Nm, memory, series_rad, .. } = &history;
-                let held = Held { site, load, limits_Nm, series_rad: series_rad.value, memory, wanted };
+                let SoFar { rubs, memory, series_rad, .. } = &history;
+                let held = Held { site, load, rubs, series_rad: series_rad.value, memory, wanted };
                 held.solve(&mut state.warm, &mut state.mesh_torque_Nm)
             };
             match found {
@@ -235,7 +235,7 @@ impl Block<'_> {
             answers,
             memory: Memory::default(),
             load: Load::default(),
-            limits_Nm: Vec::new(),
+            rubs: Rubs::lasting(self.chain.friction().copied().collect()),
             series_rad: NOTHING,
         }
     }
@@ -330,8 +330,7 @@ struct SoFar<'a> {
     memory: Memory,
     /// Of the row.
     load: Load,
-    /// The largest torque of each friction under it, N m.
-    limits_Nm: Vec<Dual>,
+    rubs: Rubs,
     /// What stands in series at the row, rad.
     series_rad: Dual,
 }
@@ -341,8 +340,7 @@ impl SoFar<'_> {
     fn load(&mut self, i: usize, row: &Row) {
         let (chain, added) = (self.block.chain, Added::to(i, self.block.added));
         chain.load_into(&mut self.load, row, added);
-        self.limits_Nm.clear();
-        self.limits_Nm.extend(self.load.friction.iter().map(|friction| friction.limit_Nm(&self.load)));
+        self.rubs.under(&self.load);
         self.series_rad = chain.series(row, self.load.torque_Nm) + added.series_rad;
     }
 
@@ -351,12 +349,12 @@ impl SoFar<'_> {
         let mesh = unloaded.map_or(NOTHING, |mesh| self.answers.angle(mesh, &self.load));
         let added = Added::to(0, self.block.added);
         let series = self.block.chain.series(row, self.load.torque_Nm * 0.0) + added.series_at_rest_rad;
-        self.memory.begin(mesh + series, self.load.friction.len());
+        self.memory.begin(mesh + series, self.rubs.count());
     }
 
     /// The total angle of a solution, rad; moves the memory on.
     fn total(&mut self, mesh: &Mesh) -> Dual {
         let at_torque = self.answers.angle(mesh, &self.load) + self.series_rad;
-        self.memory.after(at_torque, mesh.by_torque(), &self.load, &self.limits_Nm)
+        self.memory.after(at_torque, mesh.by_torque(), self.load.torque_Nm, &self.rubs)
     }
 }
