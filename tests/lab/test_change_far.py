@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ import pytest
 import cbpt
 from cbpt.lab.change import posterior, shared
 from cbpt.lab.change.change import _searched_through
-from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.parties import EachAlone, Levels, levels_of
 from cbpt.lab.change.posterior import Search, in_reach
 from cbpt.lab.change.progress import untold
 from cbpt.lab.change.shared import Until, fit_shared, foreseen
+from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.own_terms import campaign_of
 from common.springs import Reducer, loops
 
@@ -116,6 +118,52 @@ def test_several_sets_are_weighed_as_if_all_were_searched(monkeypatch: pytest.Mo
     assert found.best.log_odds == pytest.approx(whole.best.log_odds, abs=1e-3)
     for group in whole.groups:
         assert found.changed(group.effect) == pytest.approx(whole.changed(group.effect), abs=1e-3)
+
+
+def test_what_is_foreseen_to_have_no_say_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    of = levels(STATES, [*BOTH, "stiffness_curve", "creep"])
+    fits, best = [], []
+    for effort in (replace(posterior._EFFORT, far=np.inf, room=np.inf), posterior._EFFORT):
+        made = []
+
+        def counted(*given: Any, made: list[Any] = made, **more: Any) -> Any:
+            made.append(given)
+            return fit_shared(*given, **more)
+
+        monkeypatch.setattr(posterior, "_EFFORT", effort)
+        monkeypatch.setattr(posterior, "fit_shared", counted)
+        search = Search(of)
+        search.score(frozenset())
+        search.more(untold)
+        search.fewer(untold)
+        fits.append(len(made))
+        best.append(max(search.scored, key=lambda own: search.scored[own][1]))
+    assert fits[1] < 0.7 * fits[0]
+    assert best[1] == best[0]
+
+
+def test_one_set_of_effects_begins_where_another_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each effect by itself was sought again with every set."""
+    made: list[Any] = []
+    fit = Fitter.fit
+
+    def counted(*given: Any, **more: Any) -> Any:
+        made.append(given)
+        return fit(*given, **more)
+
+    monkeypatch.setattr(Fitter, "fit", counted)
+    campaigns = [campaign_of(CASE, table(state, seed), []) for seed, state in enumerate(STATES)]
+    every = [*BOTH, "stiffness_curve"]
+    alone = EachAlone(campaigns, every)
+    alone.levels_of(BOTH)
+    made.clear()
+    after = alone.levels_of(every)
+    begun = len(made)
+    by_itself = levels_of(campaigns, every)
+    assert begun < 0.8 * (len(made) - begun)
+    assert after is not None and by_itself is not None
+    of_both = [sum(fit.log_evidence for fit in found.fits) for found in (after, by_itself)]
+    assert of_both[0] > of_both[1] - 0.5
 
 
 def test_the_answer_is_that_of_a_search_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
 from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
-from cbpt.lab.change.parties import Levels, levels_of
+from cbpt.lab.change.parties import EachAlone, Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Search, Weighed, choices_of, in_reach, weigh
 from cbpt.lab.change.progress import part_of, rising, untold
 from cbpt.lab.change.record import Changed, Kind
@@ -219,6 +219,7 @@ def _fitted(
     left out: of what some levels do not show together, the one that the levels demand least.
     Without answers, the diagnoses of the levels, the effects were named, and stay."""
     forms, support = _forms(answers), support_of(answers)
+    alone = EachAlone(list(campaigns.values()), {effect for ids in sets for effect in ids}, forms)
     found: dict[tuple[str, ...], Levels | None] = {}
     refused: dict[tuple[str, ...], str] = {}
     for k, ids in enumerate(map(tuple, sets)):
@@ -226,7 +227,7 @@ def _fitted(
             if ids not in refused:
                 tell(f"fits with {listed(ids)}" if ids else "fits without effects", k / len(sets))
                 try:
-                    found[ids] = levels_of(list(campaigns.values()), ids, forms)
+                    found[ids] = alone.levels_of(ids)
                     break
                 except (InvalidInputError, ReadingsError) as why:
                     refused[ids] = _refused(campaigns, ids, forms, why, bool(answers))

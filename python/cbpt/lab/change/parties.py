@@ -1,7 +1,8 @@
 """Levels with the same effects in the same forms, each fitted by itself under its own noise.
 
 Levels      parties of all levels, their fits and the forms
-levels_of   finds them: the effects that any level demands, in the forms most probable over all
+EachAlone   finds them for several sets of effects, in the forms most probable over all levels
+levels_of   the same for one set
 with_form   the same with one more effect
 forms_of    the forms that effects may have at all levels
 proposed_for_springs  effects that a diagnosis proposes for a torsion spring
@@ -12,7 +13,7 @@ log_noise   what the noise of a level adds to the log evidence, whatever the val
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -31,9 +32,13 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_loops import ENGAGEMENT
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.model.spring_priors import joint_of, library_of
-from cbpt.lab.selection.fit_effects import best_of_forms, fits_of_forms, start_from
+from cbpt.lab.selection.fit_effects import Fits, best_of_forms, fits_of_forms, start_from
+from cbpt.lab.selection.rules import RULES
 
 Floats = NDArray[np.float64]
+
+_ROOM = 2 * RULES.log_rival_odds
+"""In log odds for each level: what other starts may gain. Forms further below the best are left."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,51 +59,116 @@ class _Alone:
     """A level by itself."""
 
     fitter: Fitter
-    fits: dict[tuple[Variant, ...], Fit]
+    fits: Fits
     """In each form of the effects."""
     best: Fit | None
     """Over all forms; None without effects."""
 
     @classmethod
-    def of(cls, fitter: Fitter, effects: Sequence[str], among: Collection[str]) -> _Alone:
+    def of(
+        cls, fitter: Fitter, effects: Sequence[str], among: Collection[str], known: Fits
+    ) -> _Alone:
+        """known: fits of other effects to the level, to which those by themselves are added."""
         if not effects:
             return cls(fitter, {}, None)
-        fits = fits_of_forms(fitter, effects, among)
+        fits = fits_of_forms(fitter, effects, among, known)
         return cls(fitter, fits, best_of_forms(fitter, effects, fits))
 
-    def values_in(self, forms: tuple[Variant, ...]) -> Iterator[Floats]:
+    def first(self, forms: tuple[Variant, ...]) -> Fit | None:
+        """The level in some forms, from the values that suit it best."""
+        start = self._values_in(forms)
+        found = None if start is None else self.fitter.fit(Hypothesis(forms), start)
+        return found or self.fitter.fit(Hypothesis(forms), self._neutral(forms))
+
+    def again(
+        self, forms: tuple[Variant, ...], first: Fit | None, others: Sequence[Fit]
+    ) -> Fit | None:
+        """The best of that, of the level from neutral values and from those of others."""
+        hypothesis = Hypothesis(forms)
+        starts = [self._neutral(forms)] if self.best is not None else []
+        for other in others:
+            values = self.fitter.start(hypothesis, {})
+            for mine, theirs in zip(self.fitter.unknowns(hypothesis), other.unknowns, strict=True):
+                values[mine.index] = np.clip(other.value(theirs), mine.lower, mine.upper)
+            starts.append(values)
+        tried = [first, *(self.fitter.fit(hypothesis, start) for start in starts)]
+        solved = [fit for fit in tried if fit is not None]
+        return max(solved, key=lambda fit: fit.log_evidence, default=None)
+
+    def _neutral(self, forms: tuple[Variant, ...]) -> Floats:
+        return self.fitter.start(Hypothesis(forms), _sizes(forms))
+
+    def _values_in(self, forms: tuple[Variant, ...]) -> Floats | None:
         """Those that suit the level best in some forms, to begin with."""
         if self.best is not None and self.best.hypothesis.variants == forms:
-            yield self.best.point.values
-        elif forms in self.fits:
-            yield self.fits[forms].point.values
-        elif self.best is not None:
-            yield start_from(self.fitter, forms, self.best)
+            return self.best.point.values
+        if forms in self.fits:
+            return self.fits[forms].point.values
+        return None if self.best is None else start_from(self.fitter, forms, self.best)
+
+
+class EachAlone:
+    """Levels that are each fitted by itself, with one set of effects after another. What is known
+    of one set is where the next one begins."""
+
+    def __init__(
+        self, campaigns: Sequence[Campaign], effects: Collection[str], among: Collection[str] = ()
+    ) -> None:
+        """effects: those of all sets. among: labels of the forms that they may have, where any form
+        of an effect is named."""
+        library = _library(campaigns, sorted(effects))
+        self._fitters = [Fitter(campaign, library) for campaign in campaigns]
+        self._known: list[Fits] = [{} for _ in campaigns]
+        self._among = among
+
+    def levels_of(self, effects: Sequence[str]) -> Levels | None:
+        """The levels with one set, in the forms that are most probable over all; None where some
+        level has no solution. Raises `InvalidInputError` and `ReadingsError` where a level does not
+        show the effects."""
+        # The levels of each set have models of their own, as sets are searched side by side.
+        fitters = [fitter.beside() for fitter in self._fitters]
+        campaign = fitters[0].campaign
+        works = [
+            partial(_Alone.of, fitter, effects, self._among, known)
+            for fitter, known in zip(fitters, self._known, strict=True)
+        ]
+        alone = side_by_side(campaign, works)
+        for known, level in zip(self._known, alone, strict=True):
+            known.update(level.fits)
+        begun = {
+            forms: side_by_side(campaign, [partial(level.first, forms) for level in alone])
+            for forms in _forms(alone)
+        }
+        best, most = None, -np.inf
+        for forms in sorted(begun, key=lambda forms: -_total(begun[forms])):
+            first = begun[forms]
+            if _total(first) < most - _ROOM * len(alone):
+                continue
+            works_again = [
+                partial(level.again, forms, fit, _beside(first, k))
+                for k, (level, fit) in enumerate(zip(alone, first, strict=True))
+            ]
+            fits = [fit for fit in side_by_side(campaign, works_again) if fit is not None]
+            if len(fits) == len(alone) and _total(fits) > most:
+                best, most = _levels(fitters, fits, forms), _total(fits)
+        return best
 
 
 def levels_of(
     campaigns: Sequence[Campaign], effects: Sequence[str], among: Collection[str] = ()
 ) -> Levels | None:
-    """The levels fitted; None where some level has no solution. among: labels of the forms that
-    effects may have, where any form of an effect is named."""
-    library = _library(campaigns, effects)
-    works = [
-        partial(_Alone.of, Fitter(campaign, library), effects, among) for campaign in campaigns
-    ]
-    alone = side_by_side(campaigns[0], works)
-    fitters = [level.fitter for level in alone]
-    best: tuple[float, tuple[Variant, ...], list[Fit]] | None = None
-    for forms in _forms(alone):
-        fits = _fitted(alone, forms, -np.inf if best is None else best[0])
-        if fits is None:
-            continue
-        total = sum(fit.log_evidence for fit in fits)
-        if best is None or total > best[0]:
-            best = total, forms, fits
-    if best is None:
-        return None
-    _, forms, fits = best
-    return _levels(fitters, fits, forms)
+    """The levels with one set of effects, as in `EachAlone`."""
+    return EachAlone(campaigns, effects, among).levels_of(effects)
+
+
+def _total(fits: Sequence[Fit | None]) -> float:
+    """Log evidence of all levels; that of no solution where one has none."""
+    return float(sum(-np.inf if fit is None else fit.log_evidence for fit in fits))
+
+
+def _beside(fits: Sequence[Fit | None], k: int) -> list[Fit]:
+    """Those of the levels before and after one."""
+    return [fit for fit in (*fits[max(k - 1, 0) : k], *fits[k + 1 : k + 2]) if fit is not None]
 
 
 def with_form(levels: Levels, variant: Variant, without: str | None) -> Levels | None:
@@ -200,7 +270,7 @@ def _library(campaigns: Sequence[Campaign], asked: Sequence[str]) -> tuple[Varia
 
 
 def _forms(alone: Sequence[_Alone]) -> list[tuple[Variant, ...]]:
-    """The forms that each level favours, those first with which all levels alone are probable."""
+    """The forms that any level favours, of those that all levels may have."""
     if not any(level.fits for level in alone):
         return [()]
     found = [level.best.hypothesis.variants for level in alone if level.best is not None]
@@ -210,38 +280,7 @@ def _forms(alone: Sequence[_Alone]) -> list[tuple[Variant, ...]]:
     ]
     suited = [f for f in found if all({v.label for v in f} <= known for known in everywhere)]
 
-    def together(forms: tuple[Variant, ...]) -> float:
-        known = [level.fits.get(forms) for level in alone]
-        return float(sum(-np.inf if fit is None else fit.log_evidence for fit in known))
-
-    return sorted(dict.fromkeys(suited or found), key=together, reverse=True)
-
-
-def _fitted(alone: Sequence[_Alone], forms: tuple[Variant, ...], least: float) -> list[Fit] | None:
-    """Each level in these forms: from neutral values, from those that suit it best and from those
-    of the level before it; None where a level has no solution, or where the evidence of all cannot
-    reach `least`."""
-    fits: list[Fit] = []
-    for k, level in enumerate(alone):
-        fitter, hypothesis = level.fitter, Hypothesis(forms)
-        starts = [fitter.start(hypothesis, _sizes(forms))]
-        if fits:
-            values = fitter.start(hypothesis, {})
-            for mine, theirs in zip(fitter.unknowns(hypothesis), fits[-1].unknowns, strict=True):
-                values[mine.index] = np.clip(fits[-1].value(theirs), mine.lower, mine.upper)
-            starts.append(values)
-        if forms:
-            starts += level.values_in(forms)
-        tried = [fitter.fit(hypothesis, start) for start in starts]
-        solved = [fit for fit in tried if fit is not None]
-        if not solved:
-            return None
-        fits.append(max(solved, key=lambda fit: fit.log_evidence))
-        # No level is more probable than in the forms that it favours itself.
-        rest = [np.inf if a.best is None else a.best.log_evidence for a in alone[k + 1 :]]
-        if sum(fit.log_evidence for fit in fits) + sum(rest) < least:
-            return None
-    return fits
+    return list(dict.fromkeys(suited or found))
 
 
 def _sizes(forms: Sequence[Variant]) -> dict[str, float]:

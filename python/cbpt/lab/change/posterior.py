@@ -321,15 +321,35 @@ class Search:
         return scored[own][1]
 
     def top(
-        self, choices: Sequence[frozenset[int]], of: frozenset[int] | None = None
+        self,
+        choices: Sequence[frozenset[int]],
+        of: frozenset[int] | None = None,
+        enough: float = np.inf,
     ) -> frozenset[int]:
-        """The most probable of some choices; those far below it are not searched to their end."""
+        """The most probable of some choices, those that are foreseen to be so first. Those far
+        below it are not searched to their end, nor begun where that is foreseen; nor are those that
+        may have a say, once one has log odds that are enough."""
+        foreseen = {own: self._foreseen(own, of) for own in choices}
         best, most = choices[0], -np.inf
-        for own in choices:
+        for own in sorted(choices, key=lambda own: -foreseen[own]):
+            if foreseen[own] < most - (_EFFORT.far if most < enough else _EFFORT.room):
+                break
             odds = self.score(own, of, most - _EFFORT.far)
             if odds > most:
                 best, most = own, odds
         return best
+
+    def _foreseen(self, own: frozenset[int], of: frozenset[int] | None) -> float:
+        """Log odds of a choice as far as they can be seen from another one, or from the best one
+        that it holds; infinite where there is none."""
+        own = self.alongside(own)
+        if own in self.scored:
+            return self.scored[own][1]
+        starts = _nested(own, self.scored) if of is None else [self.scored[of][0]]
+        if not starts:
+            return np.inf
+        levels = self.levels
+        return foreseen(levels.parties, levels.variants, own, starts[0]) + self._prior(own)
 
     def ends(self) -> tuple[float, float, float]:
         """Log odds that no choice goes beyond, those where nothing changed and where all did; all
@@ -389,8 +409,9 @@ class Search:
                 self._from(whole, inside, self.least, ranked=True)
         while less := self._less(best):
             tell("what did not change", 0.9 - 0.4 * len(best) / len(every))
-            fewer = self.top(less, best)
-            if self.score(fewer) < self.scored[best][1]:
+            known = self.scored[best][1]
+            fewer = self.top(less, best, enough=known)
+            if self.score(fewer) < known:
                 break
             best = self.alongside(fewer)
 

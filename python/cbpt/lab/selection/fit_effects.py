@@ -17,6 +17,7 @@ import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
+from math import prod
 from typing import NoReturn
 
 import numpy as np
@@ -37,7 +38,7 @@ from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import ON_REQUEST, Variant, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 from cbpt.lab.readings.reader import Readings
-from cbpt.lab.selection.linear_screen import Screen, Signatures, Stack
+from cbpt.lab.selection.linear_screen import Gain, Screen, Signatures, Stack
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.starts import places, start_values
 
@@ -48,6 +49,10 @@ Fits = dict[tuple[Variant, ...], Fit]
 
 _LEADERS = 4
 """Choices of forms that are searched further."""
+_LISTED = 4096
+"""Choices of signatures that are all looked at."""
+_ROUNDED = 1e-6
+"""In log odds: what differs by less is the same."""
 _WHOLE = 16
 """Choices of forms that are all fitted. Of more one form is exchanged at a time: their number grows
 with the product of the forms of all effects, and one fit with the number of effects."""
@@ -146,18 +151,27 @@ def best_fit(fitter: Fitter, effects: Sequence[str]) -> Fit:
     return best_of_forms(fitter, effects, fits_of_forms(fitter, effects))
 
 
-def fits_of_forms(fitter: Fitter, effects: Sequence[str], among: Collection[str] = ()) -> Fits:
+def fits_of_forms(
+    fitter: Fitter,
+    effects: Sequence[str],
+    among: Collection[str] = (),
+    known: Fits | None = None,
+) -> Fits:
     """The most probable fit of some effects in each of their forms, from promising starts.
 
     among: labels of forms to which effects that have any of them are confined, unless no start
     shows them together.
+    known: fits of other effects to the same campaign, which are not sought again and are begun
+    from; each of the effects by itself is added to them.
 
     Raises `InvalidInputError` and `ReadingsError` as `best_fit` does.
     """
     every = [_forms(effect, fitter) for effect in dict.fromkeys(effects)]
     forms = [[v for v in of_one if v.label in among] or of_one for of_one in every]
-    null = fitter.fit(Hypothesis())
-    found = {} if null is None else _fits(fitter, null, forms) or _fits(fitter, null, every)
+    known = {} if known is None else known
+    if () not in known and (null := fitter.fit(Hypothesis())) is not None:
+        known[()] = null
+    found = _fits(fitter, forms, known) or _fits(fitter, every, known) if () in known else {}
     if not found:
         raise InvalidInputError(
             f"{' + '.join(effects)} cannot be fitted: the computed angles of these readings do not "
@@ -195,12 +209,13 @@ def _leaders(fits: Fits) -> list[tuple[Variant, ...]]:
     return sorted(fits, key=lambda variants: -fits[variants].log_evidence)[:_LEADERS]
 
 
-def _fits(fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]) -> Fits:
+def _fits(fitter: Fitter, forms: Sequence[Sequence[Variant]], known: Fits) -> Fits:
     """In each choice of one form an effect, from promising starts. The best ones also from where
     each effect ends by itself, and from where choices end that they contain: more effects and more
     numbers hardly ever follow the readings worse. Of many choices only those are fitted that differ
-    by one form from a better one."""
-    alone = [_fits(fitter, null, [of_one]) for of_one in forms] if len(forms) > 1 else []
+    by one form from a better one. known: as in `fits_of_forms`."""
+    null = known[()]
+    alone = [_alone(fitter, of_one, known) for of_one in forms] if len(forms) > 1 else []
     smaller = [max(a.values(), key=lambda fit: fit.log_evidence) for a in alone if a]
     plain = replace(fitter.campaign.plain_noise, inflation=null.noise.inflation)
     found: Fits = {}
@@ -216,7 +231,13 @@ def _fits(fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]) -> Fits
         _from_what_they_contain(fitter, found, smaller)
         return found
     best = [_leaders(a)[0][0] if a else of_one[0] for a, of_one in zip(alone, forms, strict=True)]
-    for variants in (tuple(best), *choices):
+    if near := _nearest(known, forms):
+        fit = known[near]
+        there = {v.effect: v for v in near}
+        variants = tuple(there.get(v.effect, v) for v in best)
+        values = _with_own(start_from(fitter, variants, fit), fit, smaller)
+        _keep_best(fitter, variants, [(values, fit.noise)], found)
+    for variants in (tuple(best), *choices) if not found else ():
         keep(variants)
         _keep_best(
             fitter, variants, [(start_from(fitter, variants, f), plain) for f in smaller], found
@@ -228,6 +249,34 @@ def _fits(fitter: Fitter, null: Fit, forms: Sequence[Sequence[Variant]]) -> Fits
         keep(variants)
     _from_what_they_contain(fitter, found, [])
     return found
+
+
+def _alone(fitter: Fitter, forms: Sequence[Variant], known: Fits) -> Fits:
+    """An effect by itself, in each of its forms."""
+    if all((form,) not in known for form in forms):
+        known.update(_fits(fitter, [forms], known))
+    return {(form,): known[form,] for form in forms if (form,) in known}
+
+
+def _nearest(known: Fits, forms: Sequence[Sequence[Variant]]) -> tuple[Variant, ...]:
+    """The known choice that has most of some effects in these forms, and of several the most
+    probable one; empty where none has more than one of them."""
+    wanted = {form for of_one in forms for form in of_one}
+    shared = {variants: len(wanted.intersection(variants)) for variants in known}
+    most = max(shared.values())
+    if most < 2:
+        return ()
+    near = [variants for variants, count in shared.items() if count == most]
+    return max(near, key=lambda variants: known[variants].log_evidence)
+
+
+def _with_own(values: Floats, fit: Fit, others: Sequence[Fit]) -> Floats:
+    """Values of a fit with those of further effects, as they are in other fits."""
+    have = {u.index for u in fit.unknowns}
+    for other in others:
+        own = [u.index for u in other.unknowns if u.index not in have]
+        values[own] = other.point.values[own]
+    return values
 
 
 def _exchanged(
@@ -243,11 +292,8 @@ def _exchanged(
                 variants = (*best[:k], form, *best[k + 1 :])
                 if variants in found:
                     continue
-                values = start_from(fitter, variants, fit)
-                if (form,) in by_itself:
-                    other, known = by_itself[(form,)], {u.index for u in fit.unknowns}
-                    own = [u.index for u in other.unknowns if u.index not in known]
-                    values[own] = other.point.values[own]
+                other = [by_itself[form,]] if (form,) in by_itself else []
+                values = _with_own(start_from(fitter, variants, fit), fit, other)
                 _keep_best(fitter, variants, [(values, fit.noise)], found)
         if _leaders(found)[0] == best:
             return
@@ -356,9 +402,27 @@ def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[
         [m for m, s in enumerate(signatures) if s.variant is v and screen.shown[m]]
         for v in variants
     ]
-    gains = (screen.gain(choice) for choice in product(*members))
-    for gain in sorted(gains, key=lambda g: -g.log_odds)[:2]:
+    for gain in _promising(screen, members):
         yield start_values(fitter, [signatures[m] for m in gain.members], gain.sizes)
+
+
+def _promising(screen: Screen, members: Sequence[Sequence[int]]) -> list[Gain]:
+    """The best two choices of one signature an effect. Of many choices one signature is exchanged
+    at a time, from those that are best alone."""
+    if prod(map(len, members)) <= _LISTED:
+        choices = list(product(*members))
+        found = screen.each(np.array(choices)) if choices else []
+        return sorted(found, key=lambda gain: -gain.log_odds)[:2]
+    alone = [max(of_one, key=lambda m: screen.single(m).log_odds) for of_one in members]
+    best = [screen.gain(tuple(alone))]
+    while True:
+        now = best[0].members
+        others = [(*now[:k], m, *now[k + 1 :]) for k, of_one in enumerate(members) for m in of_one]
+        found = screen.each(np.array(others))
+        before = found[others.index(now)].log_odds
+        best = sorted(found, key=lambda gain: -gain.log_odds)[:2]
+        if not best[0].log_odds > before + _ROUNDED:
+            return best
 
 
 def _numbers(fit: Fit) -> Iterator[Number]:
