@@ -340,7 +340,8 @@ class _System:
         gram[np.diag_indices_from(gram)] += 1e-9
         push = push - self.precision * (x - self.mean)
         bounds = self.low - x, self.high - x
-        return quadratic_step(gram, push, bounds, np.ones(len(x)), np.inf)
+        # Each unknown in its own uncertainty: so a matrix of many is seldom taken for singular.
+        return quadratic_step(gram, push, bounds, np.sqrt(np.diagonal(gram)), np.inf)
 
     def ahead(self, points: Sequence[Point], x: Floats) -> tuple[Floats, float]:
         """The step from x within the bounds and the misfit after it, by the slopes at points that
