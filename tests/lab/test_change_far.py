@@ -17,6 +17,7 @@ from cbpt.lab.change.progress import untold
 from cbpt.lab.change.shared import Until, fit_shared, foreseen
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.own_terms import campaign_of
+from cbpt.lab.selection import fit_effects
 from common.springs import Reducer, loops
 
 CASE = cbpt.Case.from_dict(
@@ -124,7 +125,7 @@ def test_what_is_foreseen_to_have_no_say_is_not_begun(monkeypatch: pytest.Monkey
     of = levels(STATES, [*BOTH, "stiffness_curve", "creep"])
     fits, best = [], []
     for effort in (replace(posterior._EFFORT, far=np.inf, room=np.inf), posterior._EFFORT):
-        made = []
+        made: list[Any] = []
 
         def counted(*given: Any, made: list[Any] = made, **more: Any) -> Any:
             made.append(given)
@@ -152,6 +153,8 @@ def test_one_set_of_effects_begins_where_another_ended(monkeypatch: pytest.Monke
         return fit(*given, **more)
 
     monkeypatch.setattr(Fitter, "fit", counted)
+    # Many forms, of which one is exchanged at a time.
+    monkeypatch.setattr(fit_effects, "_WHOLE", 4)
     campaigns = [campaign_of(CASE, table(state, seed), []) for seed, state in enumerate(STATES)]
     every = [*BOTH, "stiffness_curve"]
     alone = EachAlone(campaigns, every)

@@ -3,8 +3,11 @@ same."""
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.own_terms import campaign_of
@@ -13,6 +16,7 @@ from cbpt.lab.readings.inputs import case_of
 from cbpt.lab.readings.reader import read_readings
 from cbpt.lab.selection import fit_effects
 from cbpt.lab.selection.fit_effects import fits_of_forms, predicted
+from cbpt.lab.selection.linear_screen import Gain, Screen
 
 SPRING = {"torsion_spring": {"torsional_stiffness_Nm_per_arcmin": 1.0}}
 HIDDEN = [
@@ -39,8 +43,6 @@ def test_of_many_choices_of_forms_few_are_fitted(monkeypatch: pytest.MonkeyPatch
     table = read_readings(columns | {"elastic_angle_arcsec": exact + noise}, need_preload=False)
     campaign = campaign_of(case_of(SPRING), table, ())
     fitter = Fitter(campaign, library_of(campaign, EFFECTS))
-    # Nor are starts that all choices of signatures bring any better.
-    monkeypatch.setattr(fit_effects, "_LISTED", 1)
     best, number = [], []
     for whole in (10_000, fit_effects._WHOLE):
         monkeypatch.setattr(fit_effects, "_WHOLE", whole)
@@ -50,3 +52,32 @@ def test_of_many_choices_of_forms_few_are_fitted(monkeypatch: pytest.MonkeyPatch
     assert number[1] < 0.6 * number[0]
     # Half a unit of log evidence is no odds.
     assert best[1] > best[0] - 0.5
+
+
+def test_of_many_choices_of_signatures_one_is_exchanged_at_a_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of three effects with some signatures each: the best two choices of all."""
+    rng = np.random.default_rng(3)
+    alone = rng.normal(0, 5.0, 30)
+    together = rng.normal(0, 1.0, (30, 30))
+
+    class Known:
+        """A screen whose gains are those of each signature, and a little of each two."""
+
+        def gain(self, members: tuple[int, ...]) -> Gain:
+            each, two = alone[list(members)], together[np.ix_(members, members)]
+            return Gain(members, float(each.sum() + np.triu(two, 1).sum()), 0.0, np.zeros(3))
+
+        def single(self, member: int) -> Gain:
+            return self.gain((member,))
+
+        def each(self, members: NDArray[np.int64]) -> list[Gain]:
+            return [self.gain(tuple(m)) for m in members.tolist()]
+
+    members = [[0, 1, 2], [10, 11, 12], [20, 21, 22, 23]]
+    listed = fit_effects._promising(cast("Screen", Known()), members)
+    monkeypatch.setattr(fit_effects, "_LISTED", 1)
+    exchanged = fit_effects._promising(cast("Screen", Known()), members)
+    assert [gain.members for gain in exchanged] == [gain.members for gain in listed]
+    assert len({gain.members for gain in exchanged}) == 2

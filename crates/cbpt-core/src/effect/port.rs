@@ -93,7 +93,8 @@ impl Friction {
         let sign = if self.helps { -1.0 } else { 1.0 };
         let mut limit = self.torque_Nm * sign;
         limit.add_product(sign, &self.radius_m, &load.preload_N);
-        limit.add_product(sign * load.torque_Nm.value.signum(), &self.load_share, &load.torque_Nm);
+        let sense = if load.torque_Nm.value < 0.0 { -sign } else { sign };
+        limit.add_product(sense, &self.load_share, &load.torque_Nm);
         limit
     }
 }

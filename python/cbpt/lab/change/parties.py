@@ -140,16 +140,19 @@ class EachAlone:
             for forms in _forms(alone)
         }
         best, most = None, -np.inf
+        favoured = [level.best for level in alone]
         for forms in sorted(begun, key=lambda forms: -_total(begun[forms])):
             first = begun[forms]
-            if _total(first) < most - _ROOM * len(alone):
+            # A level without a solution may have one from other starts.
+            reach = [fit or own for fit, own in zip(first, favoured, strict=True)]
+            if _total(reach) < most - _ROOM * len(alone):
                 continue
             works_again = [
                 partial(level.again, forms, fit, _beside(first, k))
                 for k, (level, fit) in enumerate(zip(alone, first, strict=True))
             ]
             fits = [fit for fit in side_by_side(campaign, works_again) if fit is not None]
-            if len(fits) == len(alone) and _total(fits) > most:
+            if len(fits) == len(alone) and (best is None or _total(fits) > most):
                 best, most = _levels(fitters, fits, forms), _total(fits)
         return best
 

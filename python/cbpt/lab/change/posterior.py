@@ -267,20 +267,17 @@ class Search:
         """beside: a choice of another set of effects; stated ones far below it are not searched to
         their end."""
         self.levels, self.groups = levels, groups_of(levels)
-        self.floor = -np.inf
-        if beside is not None and levels.choices:
-            self.floor = beside.log_odds - _EFFORT.far
+        self.known = -np.inf if beside is None or not levels.choices else beside.log_odds
+        """Log odds of that."""
         self.there = sum(float(np.log(THERE.get(v.effect, THERE[""]))) for v in levels.variants)
         self.scored: dict[frozenset[int], tuple[Shared, float]] = {}
         self.asked: dict[frozenset[int], float] = {}
-        """Log odds from where on each of them was searched to its end; `floor` is that of all."""
+        """Log odds from where on each of them was searched to its end."""
 
     def choices(self, tell: Progress = untold) -> list[Choice]:
         """All that matter."""
         if self.levels.choices:
-            for names in sorted(self.levels.choices, key=len):
-                for own in self.forms_of(names):
-                    self.score(own, None, self.floor)
+            self.stated()
         elif self.score(frozenset()) > -np.inf:
             self.more(tell)
             self.fewer(tell)
@@ -292,6 +289,16 @@ class Search:
             for own, (fit, odds) in self.scored.items()
         ]
         return [*found, *self.gains()]
+
+    def stated(self) -> None:
+        """The choices that the levels state: that in which most changed, and of the others those
+        that may have a say by what can be seen from it."""
+        every = {own for names in self.levels.choices for own in self.forms_of(names)}
+        most, *others = sorted(every, key=lambda own: (-len(own), sorted(own)))
+        known = self.score(most, None, self.floor) > -np.inf
+        for own in reversed(others):
+            if not known or self._foreseen(own, self.alongside(most)) > self.floor:
+                self.score(own, None, self.floor)
 
     def names(self, own: frozenset[int]) -> frozenset[str]:
         """What changed."""
@@ -326,13 +333,13 @@ class Search:
         of: frozenset[int] | None = None,
         enough: float = np.inf,
     ) -> frozenset[int]:
-        """The most probable of some choices, those that are foreseen to be so first. Those far
-        below it are not searched to their end, nor begun where that is foreseen; nor are those that
-        may have a say, once one has log odds that are enough."""
-        foreseen = {own: self._foreseen(own, of) for own in choices}
+        """The most probable of some choices; those that are foreseen to be so are tried first. What
+        is far below it is not searched to its end, nor begun where that is foreseen. Once one has
+        log odds that are enough, none is begun that is foreseen to have no say beside it."""
+        ahead = {own: self._foreseen(own, of) for own in choices}
         best, most = choices[0], -np.inf
-        for own in sorted(choices, key=lambda own: -foreseen[own]):
-            if foreseen[own] < most - (_EFFORT.far if most < enough else _EFFORT.room):
+        for own in sorted(choices, key=lambda own: -ahead[own]):
+            if ahead[own] < most - (_EFFORT.far if most < enough else _EFFORT.room):
                 break
             odds = self.score(own, of, most - _EFFORT.far)
             if odds > most:
@@ -446,13 +453,18 @@ class Search:
         return max((odds for _, odds in self.scored.values()), default=-np.inf)
 
     @property
+    def floor(self) -> float:
+        """Log odds that are far below those of another set."""
+        return self.known - _EFFORT.far
+
+    @property
     def least(self) -> float:
         """Log odds that are far below those."""
         return max(self.best - _EFFORT.far, self.floor)
 
     def finish(self) -> None:
         """Those that have a say are fitted to their end: the others were ranked."""
-        of, near = self.levels, self.best - _EFFORT.room
+        of, near = self.levels, max(self.best, self.known) - _EFFORT.room
         for own, (fit, odds) in list(self.scored.items()):
             if odds > near:
                 found = fit_shared(of.parties, of.variants, own, fit.points)

@@ -161,8 +161,8 @@ def fits_of_forms(
 
     among: labels of forms to which effects that have any of them are confined, unless no start
     shows them together.
-    known: fits of other effects to the same campaign, which are not sought again and are begun
-    from; each of the effects by itself is added to them.
+    known: fits of effects to the same campaign, to begin from; those of each effect by itself are
+    not sought again, and are added where they are missing.
 
     Raises `InvalidInputError` and `ReadingsError` as `best_fit` does.
     """
@@ -233,7 +233,7 @@ def _fits(fitter: Fitter, forms: Sequence[Sequence[Variant]], known: Fits) -> Fi
     best = [_leaders(a)[0][0] if a else of_one[0] for a, of_one in zip(alone, forms, strict=True)]
     if near := _nearest(known, forms):
         fit = known[near]
-        there = {v.effect: v for v in near}
+        there = {v.effect: v for v in near if any(v in of_one for of_one in forms)}
         variants = tuple(there.get(v.effect, v) for v in best)
         values = _with_own(start_from(fitter, variants, fit), fit, smaller)
         _keep_best(fitter, variants, [(values, fit.noise)], found)
@@ -253,8 +253,8 @@ def _fits(fitter: Fitter, forms: Sequence[Sequence[Variant]], known: Fits) -> Fi
 
 def _alone(fitter: Fitter, forms: Sequence[Variant], known: Fits) -> Fits:
     """An effect by itself, in each of its forms."""
-    if all((form,) not in known for form in forms):
-        known.update(_fits(fitter, [forms], known))
+    if missing := [form for form in forms if (form,) not in known]:
+        known.update(_fits(fitter, [missing], known))
     return {(form,): known[form,] for form in forms if (form,) in known}
 
 
@@ -417,7 +417,10 @@ def _promising(screen: Screen, members: Sequence[Sequence[int]]) -> list[Gain]:
     best = [screen.gain(tuple(alone))]
     while True:
         now = best[0].members
-        others = [(*now[:k], m, *now[k + 1 :]) for k, of_one in enumerate(members) for m in of_one]
+        exchanged = (
+            (*now[:k], m, *now[k + 1 :]) for k, of_one in enumerate(members) for m in of_one
+        )
+        others = list(dict.fromkeys(exchanged))
         found = screen.each(np.array(others))
         before = found[others.index(now)].log_odds
         best = sorted(found, key=lambda gain: -gain.log_odds)[:2]
