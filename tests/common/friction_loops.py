@@ -64,3 +64,12 @@ def read_from(
 
 def found(*tables: dict[str, NDArray[np.float64]]) -> cbpt.Change:
     return cbpt.change(SPRING, *tables, effects=[FRICTION])
+
+
+def by_step(*friction_Nm: float) -> dict[str, NDArray[np.float64]]:
+    """One table, a step for each friction."""
+    parts = [loops(f, seed=s) for s, f in enumerate(friction_Nm)]
+    table = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    table["run"] = np.repeat(np.arange(2.0 * len(parts)), len(LOOP))
+    table["step"] = np.repeat(np.arange(1.0, len(parts) + 1), 2 * len(LOOP))
+    return table

@@ -18,7 +18,6 @@ import cbpt
 from cbpt.cli import main as commands
 from cbpt.lab.change.demanded import demanded, not_of_all
 from cbpt.lab.change.loop_widths import _perhaps_different, widths_of
-from cbpt.lab.change.parameters import trend_of
 from cbpt.lab.change.parties import Levels, levels_of
 from cbpt.lab.change.progress import rising
 from cbpt.lab.change.reproducibility import dispersed, dispersion_of, with_set_ups
@@ -28,7 +27,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.spring_priors import library_of
 from common.drives import examples
-from common.friction_loops import FRICTION, LOOP, SPRING, found, loops
+from common.friction_loops import FRICTION, SPRING, by_step, found, loops
 from common.rings import RINGS
 
 TOP = Path(__file__).parents[2]
@@ -115,54 +114,6 @@ def test_what_the_model_does_not_follow_is_no_scatter(runs: int) -> None:
     every = slice(None, None, 6)
     coarser = {name: column[every] for name, column in level(6, 0.1, 1).items()}
     assert not scatter(level(6, 0.1, 1), coarser).changed
-
-
-def by_step(*friction_Nm: float) -> dict[str, NDArray[np.float64]]:
-    """One table, a step for each friction."""
-    parts = [loops(f, seed=s) for s, f in enumerate(friction_Nm)]
-    table = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    table["run"] = np.repeat(np.arange(2.0 * len(parts)), len(LOOP))
-    table["step"] = np.repeat(np.arange(1.0, len(parts) + 1), 2 * len(LOOP))
-    return table
-
-
-def test_levels_of_a_column_have_a_trend() -> None:
-    answer = cbpt.change(SPRING, by_step(0.6, 1.0, 1.6), by="step", effects=[FRICTION])
-    assert answer.levels == ("1", "2", "3.0") or len(answer.levels) == 3
-    first = answer.changed[0]
-    assert first.trend == "rising" and first.values[1] == pytest.approx(1.0, abs=0.1)
-
-
-def test_numbers_are_levels_in_rising_order() -> None:
-    table = by_step(1.6, 0.6, 1.0)
-    table["step"] = np.array([10.0, 2.0, 9.0])[table["step"].astype(int) - 1]
-    answer = cbpt.change(SPRING, table, by="step", effects=[FRICTION])
-    assert [float(level) for level in answer.levels] == [2, 9, 10]
-    assert answer.changed[0].trend == "rising"
-
-
-def test_what_goes_up_and_down_is_told_with_both_ends() -> None:
-    """The first level and the last say nothing of the one between."""
-    answer = cbpt.change(SPRING, by_step(1.0, 1.6, 1.0), by="step", effects=[FRICTION])
-    first = answer.changed[0]
-    assert first.trend == "neither" and first.moved
-    assert "changed, up and down: friction_torque_Nm between " in answer.sentence
-    assert "(2)" in answer.sentence.replace(".0)", ")") and " rose" not in answer.sentence
-
-
-@pytest.mark.parametrize(
-    ("values", "u", "trend"),
-    [
-        ((1.0, 2.0, 3.0), 0.1, "rising"),
-        ((3.0, 2.0, 1.0), 0.1, "falling"),
-        ((1.0, 3.0, 2.5, 2.0, 4.0), 0.3, "neither"),  # falls by 2 u in two steps
-        ((1.0, 1.5, 1.2), 0.3, "neither"),  # the last is no larger than the first
-    ],
-)
-def test_a_trend_goes_one_way_from_the_first_to_the_last(
-    values: tuple[float, ...], u: float, trend: str
-) -> None:
-    assert trend_of(values, [u] * len(values)) == trend
 
 
 def test_a_rest_that_the_effects_of_all_levels_follow_is_none() -> None:

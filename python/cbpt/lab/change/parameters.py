@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
@@ -74,6 +74,10 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
     limits = tuple(_limit(choice, k, place) for k in levels_k)
     u = tuple(None if limit else known for known, limit in zip(all_u, limits, strict=True))
     may_vanish = unknown.size_of >= 0 and "." in unknown.name
+    apart = [
+        -d / np.sqrt(variance) / max(doubts) if variance > 0 else 0.0
+        for d, variance in _differences(best, place)
+    ]
     return Changed(
         effect=unknown.name.partition(".")[0],
         parameter=name,
@@ -87,13 +91,9 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
         values=values,
         u=u,
         limits=limits,
-        trend=trend_of(values, all_u),
+        trend=trend_of(apart, len(values)),
         is_shape=_is_shape(levels, place),
-        apart=max(
-            abs(d) / np.sqrt(variance) if variance > 0 else 0.0
-            for d, variance in _differences(best, place)
-        )
-        / max(doubts),
+        apart=max(map(abs, apart)),
     )
 
 
@@ -273,16 +273,15 @@ def _direction(
     return "up" if values[-1] > values[0] else "down"
 
 
-def trend_of(values: Sequence[float], u: Sequence[float]) -> Any:
+def trend_of(apart: Sequence[float], levels: int) -> Literal["rising", "falling", "neither"] | None:
     """Rising where the last is larger than the first by more than twice their uncertainty, and no
-    value is larger than a later one by more than that."""
-    if len(values) < 3:
+    value is larger than a later one by more than that. apart: by how much each later value is
+    larger than each one before it, in uncertainties, in the order of `itertools.combinations`."""
+    if levels < 3:
         return None
-    v, squared = np.array(values), np.array(u) ** 2
-    apart = (v[None, :] - v[:, None]) / np.sqrt(squared[None, :] + squared[:, None])
-    later = apart[np.triu_indices(len(v), 1)]
-    if apart[0, -1] > 2 and np.all(later > -2):
+    later, whole = np.array(apart), apart[levels - 2]
+    if whole > 2 and np.all(later > -2):
         return "rising"
-    if apart[0, -1] < -2 and np.all(later < 2):
+    if whole < -2 and np.all(later < 2):
         return "falling"
     return "neither"

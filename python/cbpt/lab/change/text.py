@@ -18,6 +18,8 @@ from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, listed, percent, probability
 
+_LISTED = 6
+"""Levels whose values are all told."""
 _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "is no longer seen"}
 
 
@@ -234,12 +236,16 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> tuple[str, str, s
     values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
     if len(set(values)) == 1:
         return None
+    way = "up and down" if c.trend == "neither" else _WAYS[c.direction]
+    if 2 < len(values) <= _LISTED:
+        of = [f"{value} ({level})" for value, level in zip(values, found.levels, strict=True)]
+        return pairs[0][0], way, f"from {of[0]} over {listed(of[1:-1])} to {of[-1]}"
     if c.trend != "neither":
-        trend = f", {c.trend} from level to level" if c.trend else ""
-        return pairs[0][0], _WAYS[c.direction], f"from {values[0]} to {values[-1]}{trend}"
+        never = " and never back" if c.trend else ""
+        return pairs[0][0], way, f"from {values[0]} to {values[-1]}{never}"
     by_size = sorted(range(len(known)), key=lambda i: c.values[i])
     least, most = (f"{values[i]} ({found.levels[i]})" for i in (by_size[0], by_size[-1]))
-    return pairs[0][0], "up and down", f"between {least} and {most}"
+    return pairs[0][0], way, f"between {least} and {most}"
 
 
 def limited(value: str, limit: Limit | None) -> str:

@@ -326,9 +326,18 @@ def _same(one: tuple[Readings, Ints], other: tuple[Readings, Ints]) -> bool:
         return False
     return all(
         (a is None and b is None)
-        or (a is not None and b is not None and np.allclose(a[rows], b[others], 0.02, 1e-6))
+        or (a is not None and b is not None and _same_values(a[rows], b[others]))
         for a, b in zip(_conditions(first), _conditions(second), strict=True)
     )
+
+
+def _same_values(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether values or words of a column are the same."""
+    if one.dtype.kind == other.dtype.kind == "U":
+        return bool(np.all(one == other))
+    if "U" in (one.dtype.kind, other.dtype.kind):
+        return False
+    return np.allclose(one, other, 0.02, 1e-6)
 
 
 def _conditions(readings: Readings) -> Sequence[NDArray[Any] | None]:
