@@ -33,8 +33,8 @@ def test_what_goes_up_and_down_is_told_with_both_ends() -> None:
     answer = cbpt.change(SPRING, by_step(1.0, 1.6, 1.0), by="step", effects=[FRICTION])
     first = answer.changed[0]
     assert first.trend == "neither" and first.moved
-    told = "changed, up and down: friction_torque_Nm from 1.00"
-    assert told in answer.sentence and " (1) over 1.6" in answer.sentence
+    told = "changed, up and down: friction_torque_Nm 1.00"
+    assert told in answer.sentence and " (step 1), 1.6" in answer.sentence
     assert " rose" not in answer.sentence
 
 
@@ -59,8 +59,8 @@ def test_a_step_is_not_told_as_a_steady_rise() -> None:
     from level to level"."""
     answer = cbpt.change(SPRING, by_step(1.0, 1.0, 1.6), by="step", effects=[FRICTION])
     assert answer.changed[0].trend == "rising"
-    assert "friction_hysteresis rose: friction_torque_Nm from " in answer.sentence
-    assert " (1) over " in answer.sentence and "level to level" not in answer.sentence
+    assert "friction_hysteresis rose: friction_torque_Nm 1.0" in answer.sentence
+    assert " (step 1), 1.0" in answer.sentence and "level to level" not in answer.sentence
 
 
 @pytest.mark.parametrize("steps", [("loose", "mid", "tight"), ("0.5", "1.0", "2.0")])

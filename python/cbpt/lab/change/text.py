@@ -212,18 +212,17 @@ def _told(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
     """Of the foremost number of an effect, and of others that moved about as surely."""
     told = [one for one in found.told_of(c.effect) if one.moved]
     phrases = [_moved(found, angle, one) for one in told]
-    chance = f"({_sure(c.probability)})"
+    chance = f"({_sure(c.probability)} that it changed)"
     if not phrases or None in phrases:
         return (
             f"{c.effect} changed, but no number of it by more than twice its uncertainty {chance}"
         )
     ways = [phrase for phrase in phrases if phrase is not None]
     if len(ways) > 1:
-        each = listed([f"{label} {way} {ends}" for label, way, ends in ways])
-        return f"{c.effect} changed: {each} {chance}"
+        return f"{c.effect} changed: {'; '.join(map(_went, ways))} {chance}"
     ((label, way, ends),) = ways
     if c.is_shape and c.trend != "neither":  # another transition torque is no less play
-        return f"{c.effect} changed: {label} {way} {ends} {chance}"
+        return f"{c.effect} changed: {_went(ways[0])} {chance}"
     how = f"changed, {way}" if c.trend == "neither" else way
     return f"{c.effect} {how}: {label} {ends} {chance}"
 
@@ -237,15 +236,23 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> tuple[str, str, s
     if len(set(values)) == 1:
         return None
     way = "up and down" if c.trend == "neither" else _WAYS[c.direction]
+    of = [f"{v} ({found.by} {level})" for v, level in zip(values, found.levels, strict=True)]
     if 2 < len(values) <= _LISTED:
-        of = [f"{value} ({level})" for value, level in zip(values, found.levels, strict=True)]
-        return pairs[0][0], way, f"from {of[0]} over {listed(of[1:-1])} to {of[-1]}"
+        return pairs[0][0], way, listed(of)
+    if c.trend is None:
+        return pairs[0][0], way, f"from {values[0]} to {values[-1]}"
     if c.trend != "neither":
-        never = " and never back" if c.trend else ""
-        return pairs[0][0], way, f"from {values[0]} to {values[-1]}{never}"
+        back = "above" if c.trend == "falling" else "below"
+        ends = f"from {of[0]} to {of[-1]}, at no level clearly {back} an earlier one"
+        return pairs[0][0], way, ends
     by_size = sorted(range(len(known)), key=lambda i: c.values[i])
-    least, most = (f"{values[i]} ({found.levels[i]})" for i in (by_size[0], by_size[-1]))
-    return pairs[0][0], way, f"between {least} and {most}"
+    return pairs[0][0], way, f"lowest {of[by_size[0]]}, highest {of[by_size[-1]]}"
+
+
+def _went(moved: tuple[str, str, str]) -> str:
+    """Which way a number went, and between which values or over which."""
+    label, way, ends = moved
+    return f"{label} {way}{' ' if ends.startswith('from ') else ': '}{ends}"
 
 
 def limited(value: str, limit: Limit | None) -> str:
