@@ -26,6 +26,7 @@ from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.model.spring_priors import library_of
+from common.counted import calls_of
 from common.drives import examples
 from common.friction_loops import FRICTION, SPRING, by_step, found, loops
 from common.rings import RINGS
@@ -262,14 +263,7 @@ def test_friction_that_does_not_follow_the_preload_is_told_by_all_levels() -> No
 def test_no_level_is_searched_from_every_other_level(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twice the levels are twice the fits, and no search in the same forms is made again."""
     case = cbpt.Case.from_dict(SPRING)
-    made: list[Any] = []
-    fit = Fitter.fit
-
-    def counted(*given: Any, **more: Any) -> Any:
-        made.append(given)
-        return fit(*given, **more)
-
-    monkeypatch.setattr(Fitter, "fit", counted)
+    made = calls_of(monkeypatch, Fitter, "fit")
 
     def fits(levels: int) -> int:
         made.clear()

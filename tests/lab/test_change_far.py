@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from cbpt.lab.change.shared import Until, fit_shared, foreseen
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.selection import fit_effects
+from common.counted import calls_of
 from common.springs import Reducer, loops
 
 CASE = cbpt.Case.from_dict(
@@ -123,16 +123,11 @@ def test_several_sets_are_weighed_as_if_all_were_searched(monkeypatch: pytest.Mo
 
 def test_what_is_foreseen_to_have_no_say_is_not_begun(monkeypatch: pytest.MonkeyPatch) -> None:
     of = levels(STATES, [*BOTH, "stiffness_curve", "creep"])
+    made = calls_of(monkeypatch, posterior, "fit_shared")
     fits, best = [], []
     for effort in (replace(posterior._EFFORT, far=np.inf, room=np.inf), posterior._EFFORT):
-        made: list[Any] = []
-
-        def counted(*given: Any, made: list[Any] = made, **more: Any) -> Any:
-            made.append(given)
-            return fit_shared(*given, **more)
-
+        made.clear()
         monkeypatch.setattr(posterior, "_EFFORT", effort)
-        monkeypatch.setattr(posterior, "fit_shared", counted)
         search = Search(of)
         search.score(frozenset())
         search.more(untold)
@@ -145,16 +140,9 @@ def test_what_is_foreseen_to_have_no_say_is_not_begun(monkeypatch: pytest.Monkey
 
 def test_one_set_of_effects_begins_where_another_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each effect by itself was sought again with every set."""
-    made: list[Any] = []
-    fit = Fitter.fit
-
-    def counted(*given: Any, **more: Any) -> Any:
-        made.append(given)
-        return fit(*given, **more)
-
-    monkeypatch.setattr(Fitter, "fit", counted)
+    made = calls_of(monkeypatch, Fitter, "fit")
     # Many forms, of which one is exchanged at a time.
-    monkeypatch.setattr(fit_effects, "_WHOLE", 4)
+    monkeypatch.setattr(fit_effects, "_EFFORT", replace(fit_effects._EFFORT, whole=4))
     campaigns = [campaign_of(CASE, table(state, seed), []) for seed, state in enumerate(STATES)]
     every = [*BOTH, "stiffness_curve"]
     alone = EachAlone(campaigns, every)

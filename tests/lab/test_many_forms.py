@@ -3,6 +3,7 @@ same."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -44,8 +45,9 @@ def test_of_many_choices_of_forms_few_are_fitted(monkeypatch: pytest.MonkeyPatch
     campaign = campaign_of(case_of(SPRING), table, ())
     fitter = Fitter(campaign, library_of(campaign, EFFECTS))
     best, number = [], []
-    for whole in (10_000, fit_effects._WHOLE):
-        monkeypatch.setattr(fit_effects, "_WHOLE", whole)
+    usual = fit_effects._EFFORT
+    for effort in (replace(usual, whole=10_000), usual):
+        monkeypatch.setattr(fit_effects, "_EFFORT", effort)
         found = fits_of_forms(fitter, EFFECTS)
         best.append(max(fit.log_evidence for fit in found.values()))
         number.append(len(found))
@@ -77,7 +79,7 @@ def test_of_many_choices_of_signatures_one_is_exchanged_at_a_time(
 
     members = [[0, 1, 2], [10, 11, 12], [20, 21, 22, 23]]
     listed = fit_effects._promising(cast("Screen", Known()), members)
-    monkeypatch.setattr(fit_effects, "_LISTED", 1)
+    monkeypatch.setattr(fit_effects, "_EFFORT", replace(fit_effects._EFFORT, listed=1))
     exchanged = fit_effects._promising(cast("Screen", Known()), members)
     assert [gain.members for gain in exchanged] == [gain.members for gain in listed]
     assert len({gain.members for gain in exchanged}) == 2

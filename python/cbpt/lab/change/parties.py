@@ -86,11 +86,7 @@ class _Alone:
         """The best of that, of the level from neutral values and from those of others."""
         hypothesis = Hypothesis(forms)
         starts = [self._neutral(forms)] if self.best is not None else []
-        for other in others:
-            values = self.fitter.start(hypothesis, {})
-            for mine, theirs in zip(self.fitter.unknowns(hypothesis), other.unknowns, strict=True):
-                values[mine.index] = np.clip(other.value(theirs), mine.lower, mine.upper)
-            starts.append(values)
+        starts += [_from_values_of(other, self.fitter, hypothesis, {}) for other in others]
         tried = [first, *(self.fitter.fit(hypothesis, start) for start in starts)]
         solved = [fit for fit in tried if fit is not None]
         return max(solved, key=lambda fit: fit.log_evidence, default=None)
@@ -187,21 +183,28 @@ def with_form(levels: Levels, variant: Variant, without: str | None) -> Levels |
     fitters = [Fitter(campaign, library) for campaign in campaigns]
     fits = []
     for fitter, before in zip(fitters, levels.fits, strict=True):
-        known = {u.name: before.value(u) for u in before.unknowns}
-        unknowns = fitter.unknowns(hypothesis)
         tried = []
         for sign in (1.0, -1.0) if variant.signed else (1.0,):
             sizes = {name: sign * size for name, size in _sizes([variant]).items()}
-            values = fitter.start(hypothesis, sizes)
-            for u in unknowns:
-                if u.name in known:
-                    values[u.index] = np.clip(known[u.name], u.lower, u.upper)
-            tried.append(fitter.fit(hypothesis, values))
+            start = _from_values_of(before, fitter, hypothesis, sizes)
+            tried.append(fitter.fit(hypothesis, start))
         solved = [fit for fit in tried if fit is not None]
         if not solved:
             return None
         fits.append(max(solved, key=lambda fit: fit.log_evidence))
     return _levels(fitters, fits, hypothesis.variants)
+
+
+def _from_values_of(
+    fit: Fit, fitter: Fitter, hypothesis: Hypothesis, sizes: dict[str, float]
+) -> Floats:
+    """The values of a fit of this level or of another one, within the bounds of this; of what that
+    has not, these sizes."""
+    values, known = fitter.start(hypothesis, sizes), {u.name: fit.value(u) for u in fit.unknowns}
+    for u in fitter.unknowns(hypothesis):
+        if u.name in known:
+            values[u.index] = np.clip(known[u.name], u.lower, u.upper)
+    return values
 
 
 def _levels(fitters: Sequence[Fitter], fits: Sequence[Fit], forms: tuple[Variant, ...]) -> Levels:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import isfinite
+from typing import NamedTuple
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
@@ -218,41 +219,49 @@ def _told(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
             f"{c.effect} changed, but no number of it by more than twice its uncertainty {chance}"
         )
     ways = [phrase for phrase in phrases if phrase is not None]
-    if len(ways) > 1:
-        return f"{c.effect} changed: {'; '.join(map(_went, ways))} {chance}"
-    ((label, way, ends),) = ways
-    if c.is_shape and c.trend != "neither":  # another transition torque is no less play
-        return f"{c.effect} changed: {_went(ways[0])} {chance}"
-    how = f"changed, {way}" if c.trend == "neither" else way
-    return f"{c.effect} {how}: {label} {ends} {chance}"
+    if len(ways) > 1 or (c.is_shape and c.trend != "neither"):
+        # Another transition torque is no less play.
+        return f"{c.effect} changed: {'; '.join(way.alone for way in ways)} {chance}"
+    (moved,) = ways
+    how = f"changed, {moved.way}" if c.trend == "neither" else moved.way
+    return f"{c.effect} {how}: {moved.label} {moved.values} {chance}"
 
 
-def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> tuple[str, str, str] | None:
-    """The name of a number, which way it went and between which values; None where these are told
-    alike."""
+class _Moved(NamedTuple):
+    """A number that moved, in words."""
+
+    label: str
+    way: str
+    values: str
+    """From which to which, or all of them."""
+    is_way: bool
+    """Whether it says from which to which."""
+
+    @property
+    def alone(self) -> str:
+        """A sentence of its own."""
+        return f"{self.label} {self.way}{' ' if self.is_way else ': '}{self.values}"
+
+
+def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
+    """Which way a number went, and between which values; None where these are told alike."""
     known = list(zip(c.values, c.u, c.limits, strict=True))
     pairs = [in_words((c.effect, c.parameter), value, u, c.unit, angle) for value, u, _ in known]
     values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
     if len(set(values)) == 1:
         return None
     way = "up and down" if c.trend == "neither" else _WAYS[c.direction]
-    of = [f"{v} ({found.by} {level})" for v, level in zip(values, found.levels, strict=True)]
-    if 2 < len(values) <= _LISTED:
-        return pairs[0][0], way, listed(of)
     if c.trend is None:
-        return pairs[0][0], way, f"from {values[0]} to {values[-1]}"
-    if c.trend != "neither":
-        back = "above" if c.trend == "falling" else "below"
-        ends = f"from {of[0]} to {of[-1]}, at no level clearly {back} an earlier one"
-        return pairs[0][0], way, ends
-    by_size = sorted(range(len(known)), key=lambda i: c.values[i])
-    return pairs[0][0], way, f"lowest {of[by_size[0]]}, highest {of[by_size[-1]]}"
-
-
-def _went(moved: tuple[str, str, str]) -> str:
-    """Which way a number went, and between which values or over which."""
-    label, way, ends = moved
-    return f"{label} {way}{' ' if ends.startswith('from ') else ': '}{ends}"
+        return _Moved(pairs[0][0], way, f"from {values[0]} to {values[-1]}", is_way=True)
+    of = [f"{v} ({found.by} {level})" for v, level in zip(values, found.levels, strict=True)]
+    told, is_way = listed(of), False
+    if len(of) > _LISTED and c.trend == "neither":
+        by_size = sorted(range(len(of)), key=lambda i: c.values[i])
+        told = f"lowest {of[by_size[0]]}, highest {of[by_size[-1]]}"
+    elif len(of) > _LISTED:
+        back, is_way = "above" if c.trend == "falling" else "below", True
+        told = f"from {of[0]} to {of[-1]}, at no level clearly {back} an earlier one"
+    return _Moved(pairs[0][0], way, told, is_way)
 
 
 def limited(value: str, limit: Limit | None) -> str:

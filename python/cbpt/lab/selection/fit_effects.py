@@ -47,15 +47,23 @@ Floats = NDArray[np.float64]
 Fits = dict[tuple[Variant, ...], Fit]
 """By the form of each effect."""
 
-_LEADERS = 4
-"""Choices of forms that are searched further."""
-_LISTED = 4096
-"""Choices of signatures that are all looked at."""
-_ROUNDED = 1e-6
-"""In log odds: what differs by less is the same."""
-_WHOLE = 16
-"""Choices of forms that are all fitted. Of more one form is exchanged at a time: their number grows
-with the product of the forms of all effects, and one fit with the number of effects."""
+
+@dataclass(frozen=True)
+class _Effort:
+    """How far is searched."""
+
+    leaders: int = 4
+    """Choices of forms that are searched further."""
+    listed: int = 4096
+    """Choices of signatures that are all looked at. Of more, one is exchanged at a time."""
+    same: float = 1e-6
+    """In log odds: choices of signatures that differ by less are as good."""
+    whole: int = 16
+    """Choices of forms that are all fitted. Of more one form is exchanged at a time: their number
+    grows with the product of the forms of all effects, and one fit with the number of effects."""
+
+
+_EFFORT = _Effort()
 
 
 @dataclass(frozen=True)
@@ -206,7 +214,7 @@ def _from_what_they_contain(fitter: Fitter, found: Fits, smaller: Sequence[Fit])
 
 
 def _leaders(fits: Fits) -> list[tuple[Variant, ...]]:
-    return sorted(fits, key=lambda variants: -fits[variants].log_evidence)[:_LEADERS]
+    return sorted(fits, key=lambda variants: -fits[variants].log_evidence)[: _EFFORT.leaders]
 
 
 def _fits(fitter: Fitter, forms: Sequence[Sequence[Variant]], known: Fits) -> Fits:
@@ -225,7 +233,7 @@ def _fits(fitter: Fitter, forms: Sequence[Sequence[Variant]], known: Fits) -> Fi
         _keep_best(fitter, variants, starts, found)
 
     choices = list(product(*forms))
-    if len(choices) <= _WHOLE:
+    if len(choices) <= _EFFORT.whole:
         for variants in choices:
             keep(variants)
         _from_what_they_contain(fitter, found, smaller)
@@ -409,7 +417,7 @@ def _starts(fitter: Fitter, null: Fit, variants: Sequence[Variant]) -> Iterator[
 def _promising(screen: Screen, members: Sequence[Sequence[int]]) -> list[Gain]:
     """The best two choices of one signature an effect. Of many choices one signature is exchanged
     at a time, from those that are best alone."""
-    if prod(map(len, members)) <= _LISTED:
+    if prod(map(len, members)) <= _EFFORT.listed:
         choices = list(product(*members))
         found = screen.each(np.array(choices)) if choices else []
         return sorted(found, key=lambda gain: -gain.log_odds)[:2]
@@ -424,7 +432,7 @@ def _promising(screen: Screen, members: Sequence[Sequence[int]]) -> list[Gain]:
         found = screen.each(np.array(others))
         before = found[others.index(now)].log_odds
         best = sorted(found, key=lambda gain: -gain.log_odds)[:2]
-        if not best[0].log_odds > before + _ROUNDED:
+        if not best[0].log_odds > before + _EFFORT.same:
             return best
 
 
