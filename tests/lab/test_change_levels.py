@@ -70,3 +70,11 @@ def test_preload_steps_may_be_words(steps: tuple[str, ...]) -> None:
     table["preload_step"] = np.array(steps)[table.pop("step").astype(int) - 1]
     answer = cbpt.change(SPRING, table, by="preload_step", effects=[FRICTION])
     assert answer.levels == steps and answer.kind == "changed"
+
+
+def test_an_error_names_the_level_that_it_is_of() -> None:
+    table = by_step(1.0, 1.0, 1.6)
+    kept = (table["step"] != 2) | (np.cumsum(table["step"] == 2) <= 3)
+    few = {name: column[kept] for name, column in table.items()}
+    with pytest.raises(cbpt.ReadingsError, match=r", step 2(\.0)?: .*found 3 readings"):
+        cbpt.change(SPRING, few, by="step", effects=[FRICTION])

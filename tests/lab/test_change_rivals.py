@@ -54,6 +54,8 @@ def test_twins_are_told_as_one_of_them() -> None:
     assert all(0.03 < c.probability < 0.95 for c in answer.changed)
     assert answer.changed[0].rivals == ("sensor_gain", "torque_scale")
     assert "One of these changed, and the readings do not tell which: contact_" in answer.sentence
+    # A cell that reads too high has a gain that fell.
+    assert "torque_scale fell: torque_gain (true torque over reading) from " in answer.sentence
     assert not set(twins) & {u.effect for u in answer.unchanged}
     verdict = answer.to_dict()["verdict"]
     assert verdict["rivals"] == [list(twins)]

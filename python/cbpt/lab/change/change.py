@@ -152,7 +152,8 @@ def change(
     with one_blas_thread():
         asked_for, own = (None, []) if effects is None else chosen(case, effects)
         tell("friction from run to run", 0.0)
-        ready = [prepared(campaign_of(case, part, own)) for part in parts]
+        levels = [None if by is None else f"{by} {name}" for name in names]
+        ready = [_ready(case, *one, own) for one in zip(levels, parts, strict=True)]
         campaigns, histories = with_their_history([campaign for campaign, _ in ready], asked_for)
         of_levels = dict(zip(names, campaigns, strict=True))
         answers, ids = [], [asked_for or []]
@@ -179,6 +180,19 @@ def change(
         notes.append(unless_repeated(_between_runs_arcsec(weighed.best.levels)))
     tell("the answer", 1.0)
     return replace(answer, reproducibility_arcsec=reproducibility_arcsec, notes=tuple(notes))
+
+
+def _ready(
+    case: Case | Drive, level: str | None, readings: Readings, own: Sequence[OwnEffect]
+) -> tuple[Campaign, list[str]]:
+    """The readings of one level that can be judged, and what was set aside; an error names it."""
+    try:
+        return prepared(campaign_of(case, readings, own))
+    except ReadingsError as wrong:
+        if level is None:
+            raise
+        path = f"{wrong.path}, {level}"
+        raise ReadingsError(path, wrong.mistakes, wrong.place) from None
 
 
 def _diagnosed(

@@ -17,7 +17,15 @@ from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
-from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, listed, percent, probability
+from cbpt.lab.wording.numbers import (
+    ARCSEC,
+    AngleUnit,
+    in_words,
+    listed,
+    percent,
+    probability,
+    ratio_of,
+)
 
 _LISTED = 6
 """Levels whose values are all told."""
@@ -173,7 +181,8 @@ def _rest(found: ChangeData, angle: AngleUnit) -> str:
         return ""
     return (
         f" The fitted effects leave up to {angle.text(found.not_followed_arcsec)} (rms) of the "
-        "readings unexplained, the same in each run: no noise, but something that the model lacks."
+        "readings unexplained, the same each time the same torques come again: no noise, but "
+        "something that the model lacks."
     )
 
 
@@ -251,8 +260,10 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
     if len(set(values)) == 1:
         return None
     way = "up and down" if c.trend == "neither" else _WAYS[c.direction]
+    ratio = ratio_of(c.effect, c.parameter)
+    label = f"{pairs[0][0]} ({ratio})" if ratio else pairs[0][0]
     if c.trend is None:
-        return _Moved(pairs[0][0], way, f"from {values[0]} to {values[-1]}", is_way=True)
+        return _Moved(label, way, f"from {values[0]} to {values[-1]}", is_way=True)
     of = [f"{v} ({found.by} {level})" for v, level in zip(values, found.levels, strict=True)]
     told, is_way = listed(of), False
     if len(of) > _LISTED and c.trend == "neither":
@@ -261,7 +272,7 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
     elif len(of) > _LISTED:
         back, is_way = "above" if c.trend == "falling" else "below", True
         told = f"from {of[0]} to {of[-1]}, at no level clearly {back} an earlier one"
-    return _Moved(pairs[0][0], way, told, is_way)
+    return _Moved(label, way, told, is_way)
 
 
 def limited(value: str, limit: Limit | None) -> str:

@@ -4,6 +4,7 @@ The page rounds in the same way (`page/web/lib/numbers.js`), so a number has the
 
 DISPLAY             name with its usual unit, and that unit in SI, of each parameter
 display             the same of one parameter
+ratio_of            what a gain is a ratio of
 name_of_size        the parameter that an effect's own size is
 listed              a, b and c
 significant         a number rounded to so many significant digits
@@ -41,6 +42,19 @@ DISPLAY = {
 def display(effect: str, name: str) -> tuple[str, float]:
     """Name with the usual unit and that unit in SI; of an own effect its own name, and 1."""
     return DISPLAY.get((effect, name), (name, 1.0))
+
+
+_RATIOS = {
+    (spec.id, p.name): p.meaning.replace(" divided by the ", " over ")
+    for spec in effect_specs()
+    for p in spec.parameters
+    if p.name.endswith("_gain")
+}
+
+
+def ratio_of(effect: str, name: str) -> str | None:
+    """What a gain is a ratio of, which its name does not tell: true torque over reading."""
+    return _RATIOS.get((effect, name))
 
 
 def name_of_size(effect: str) -> str:
