@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -10,6 +11,9 @@ import pytest
 
 import cbpt
 from cbpt.lab.change.parameters import trend_of
+from cbpt.lab.change.record import ByItself
+from cbpt.lab.change.text import _by_itself
+from cbpt.lab.wording.numbers import ARCSEC
 from common.friction_loops import FRICTION, SPRING, by_step
 
 
@@ -78,3 +82,15 @@ def test_an_error_names_the_level_that_it_is_of() -> None:
     few = {name: column[kept] for name, column in table.items()}
     with pytest.raises(cbpt.ReadingsError, match=r", step 2(\.0)?: .*found 3 readings"):
         cbpt.change(SPRING, few, by="step", effects=[FRICTION])
+
+
+def test_a_number_that_two_effects_have_is_told_with_its_effect() -> None:
+    """Two frictions had the same name in one sentence."""
+    answer = cbpt.change(SPRING, by_step(1.0, 1.0), by="step", effects=[FRICTION])
+    sizes = (
+        ByItself(effect, "friction_torque_Nm", "N m", (1.0, 2.0), (0.1, 0.1))
+        for effect in (FRICTION, "distributed_friction")
+    )
+    told = _by_itself(replace(answer, by_itself=tuple(sizes)), ARCSEC)
+    assert f"friction_torque_Nm of {FRICTION} 1.00 +- 0.10 (" in told
+    assert "friction_torque_Nm of distributed_friction 1.00 +- 0.10 (" in told

@@ -294,6 +294,7 @@ def _loops_differ(found: ChangeData, angle: AngleUnit) -> str:
 def _by_itself(found: ChangeData, angle: AngleUnit) -> str:
     """What the levels have if nothing is shared: the first and the last."""
     ends = {found.levels[k]: k for k in (0, -1)}
+    names = [b.parameter for b in found.by_itself]
     told = []
     for b in found.by_itself:
         words = {
@@ -301,6 +302,8 @@ def _by_itself(found: ChangeData, angle: AngleUnit) -> str:
             for level, k in ends.items()
         }
         label = next(iter(words.values()))[0]
+        if names.count(b.parameter) > 1:
+            label = f"{label} of {b.effect}"
         told.append(f"{label} {listed([f'{w} ({level})' for level, (_, w) in words.items()])}")
     return f" Each {_one(found)} fitted by itself: {'; '.join(told)}." if told else ""
 
