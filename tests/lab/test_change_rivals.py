@@ -60,6 +60,7 @@ def test_twins_are_told_as_one_of_them() -> None:
     verdict = answer.to_dict()["verdict"]
     assert verdict["rivals"] == [list(twins)]
     assert verdict["changed"][0]["rivals"] == ["sensor_gain", "torque_scale"]
+    assert [c["moved"] for c in verdict["changed"]] == [c.moved for c in answer.changed]
 
 
 def test_a_gain_that_all_else_follows_may_be_a_stiffness() -> None:

@@ -23,7 +23,8 @@ SCHEMA = "cbpt.change/1"
 
 def _plain(record: Changed | ByItself) -> dict[str, Any]:
     """As plain values."""
-    return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(record).items()}
+    moved = {"moved": record.moved} if isinstance(record, Changed) else {}
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(record).items()} | moved
 
 
 @dataclass(frozen=True, eq=False, repr=False)
