@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.change.parameters import _direction, _of_effect, changed_of
 from cbpt.lab.change.parties import levels_of
-from cbpt.lab.change.posterior import Choice, Group, Search, Weighed, groups_of
+from cbpt.lab.change.posterior import Choice, Group, Search, Weighed, groups_of, of_odds
 from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.reproducibility import moves_of
 from cbpt.lab.change.rest import Rest, rest_of
@@ -176,6 +176,17 @@ def test_a_value_at_the_limit_of_its_range_has_no_uncertainty(c: Changed, said: 
     assert said in told and ("+-" in told) == (c.moved and None in c.limits)
 
 
+def test_a_difference_known_better_than_both_values_is_told() -> None:
+    """ "From 0.0 +- 2.2 to 0.8 +- 2.2" reads as no change."""
+    c = changed_from(1.0, 1.8, None, None)
+    c = replace(c, u_before=2.2, u_after=2.2, u=(2.2, 2.2), apart=8.0)
+    one = replace(found(loops(1.0), loops(1.5, seed=2)), changed=(c,))
+    told = _told(one, ARCSEC, c)
+    assert "from 1.0 +- 2.2 to 1.8 +- 2.2 (a difference of 0.80 +- 0.10) (probability 0.99" in told
+    clear = changed_from(1.0, 1.8, None, None)
+    assert "a difference of" not in _told(replace(one, changed=(clear,)), ARCSEC, clear)
+
+
 def test_of_an_effect_of_which_only_the_shape_moved_that_is_told() -> None:
     """A transition torque that falls is no less play; it was "backlash fell"."""
     both = found(loops(1.0), loops(1.0, seed=2, engagement_arcsec=60))
@@ -293,6 +304,37 @@ def test_a_change_moves_the_angles_by_what_no_other_one_makes_up_for() -> None:
     largest = float(np.abs(tables[0].elastic_angle_arcsec).max())
     assert 0.01 * largest < alone < 0.08 * largest
     assert moves("contact_stiffness", "contact_stiffness", "sensor_gain") < 0.01 * alone
+
+
+def with_a_law(table: dict[str, NDArray[np.float64]]) -> cbpt.Readings:
+    """What no effect follows, the same in each run."""
+    law = 8.0 * np.sin(3.0 * table["torque_Nm"])
+    table = table | {"elastic_angle_arcsec": table["elastic_angle_arcsec"] + law}
+    return cbpt.read_readings(table, need_preload=False)
+
+
+def test_no_instrument_is_told_where_a_change_of_the_reducer_does_as_well() -> None:
+    """Beside a rest that is no noise a gain of the torque cell stood in for a stiffness that fell,
+    for certain, as it followed the readings a little better."""
+    tables = [with_a_law(play(0.0)), with_a_law(stiffened(play(0.0, seed=2)))]
+    levels = levels_of([campaign_of(cbpt.Case.from_dict(SPRING), t, []) for t in tables], [])
+    assert levels is not None
+    unknowns = [u.name for u in levels.fits[0].unknowns]
+
+    def choice(effect: str, log_odds: float) -> Choice:
+        own = frozenset({unknowns.index(effect)})
+        fit = fit_shared(levels.parties, levels.variants, own)
+        assert fit is not None
+        return Choice(frozenset({effect}), levels, fit, log_odds)
+
+    def hidden(best: str, other: str) -> tuple[str, ...]:
+        weighed = of_odds([choice(best, 0.0)])
+        assert rest_of(weighed, comes_back=True).hidden == ()
+        weighed = replace(weighed, left=(choice(other, -20.0),))
+        return rest_of(weighed, comes_back=True).hidden
+
+    assert hidden("sensor_gain", "contact_stiffness") == ("sensor_gain",)
+    assert hidden("contact_stiffness", "sensor_gain") == ()
 
 
 def test_a_choice_without_one_change_is_another_choice() -> None:

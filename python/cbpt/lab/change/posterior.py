@@ -127,6 +127,8 @@ class Weighed:
     groups: tuple[Group, ...]
     """Of all choices; `Group.unknowns` are those of the first that has the group."""
     choices: tuple[Choice, ...]
+    left: tuple[Choice, ...] = ()
+    """Those without a say that were left when readings were counted for less."""
 
     @property
     def best(self) -> Choice:
@@ -170,6 +172,12 @@ class Weighed:
         """Those that have a say where the readings count d times less."""
         least = self.best.log_odds - _EFFORT.room * d
         return tuple(choice for choice in self.choices if choice.log_odds > least)
+
+    def without(self, effect: str) -> list[Choice]:
+        """Those in which neither an effect changed nor one of its group, and those that were left
+        too."""
+        group = {effect, *(name for names in self.rivals if effect in names for name in names)}
+        return [c for c in (*self.choices, *self.left) if group.isdisjoint(c.changed)]
 
     def best_with(self, effect: str) -> Choice:
         """The most probable one in which it changed; of a twin, the same with its own values."""

@@ -10,7 +10,7 @@ lines              the whole answer
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import isfinite
+from math import hypot, isfinite
 from typing import NamedTuple
 
 from cbpt.lab.change.loop_widths import LoopWidths
@@ -181,8 +181,8 @@ def _rest(found: ChangeData, angle: AngleUnit) -> str:
         return ""
     return (
         f" The fitted effects leave up to {angle.text(found.not_followed_arcsec)} (rms) of the "
-        "readings unexplained, the same each time the same torques come again: no noise, but "
-        "something that the model lacks."
+        "readings unexplained, much of it the same each time the same torques come again: no "
+        "noise, but something that the model lacks."
     )
 
 
@@ -263,7 +263,8 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
     ratio = ratio_of(c.effect, c.parameter)
     label = f"{pairs[0][0]} ({ratio})" if ratio else pairs[0][0]
     if c.trend is None:
-        return _Moved(label, way, f"from {values[0]} to {values[-1]}", is_way=True)
+        by = _difference(c, angle)
+        return _Moved(label, way, f"from {values[0]} to {values[-1]}{by}", is_way=True)
     of = [f"{v} ({found.by} {level})" for v, level in zip(values, found.levels, strict=True)]
     told, is_way = listed(of), False
     if len(of) > _LISTED and c.trend == "neither":
@@ -273,6 +274,16 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
         back, is_way = "above" if c.trend == "falling" else "below", True
         told = f"from {of[0]} to {of[-1]}, at no level clearly {back} an earlier one"
     return _Moved(label, way, told, is_way)
+
+
+def _difference(c: Changed, angle: AngleUnit) -> str:
+    """The difference of two values, where it is known better than both: what all levels share makes
+    them uncertain together."""
+    off = c.after - c.before
+    if c.u_before is None or c.u_after is None or abs(off) > 2 * hypot(c.u_before, c.u_after):
+        return ""
+    _, told = in_words((c.effect, c.parameter), off, abs(off) / c.apart, c.unit, angle)
+    return f" (a difference of {told})"
 
 
 def limited(value: str, limit: Limit | None) -> str:
