@@ -182,9 +182,9 @@ def test_a_difference_known_better_than_both_values_is_told() -> None:
     c = replace(c, u_before=2.2, u_after=2.2, u=(2.2, 2.2), apart=8.0)
     one = replace(found(loops(1.0), loops(1.5, seed=2)), changed=(c,))
     told = _told(one, ARCSEC, c)
-    assert "from 1.0 +- 2.2 to 1.8 +- 2.2 (a difference of 0.80 +- 0.10) (probability 0.99" in told
+    assert "from 1.0 +- 2.2 to 1.8 +- 2.2 (by 0.80 +- 0.10) (probability 0.99" in told
     clear = changed_from(1.0, 1.8, None, None)
-    assert "a difference of" not in _told(replace(one, changed=(clear,)), ARCSEC, clear)
+    assert " (by " not in _told(replace(one, changed=(clear,)), ARCSEC, clear)
 
 
 def test_of_an_effect_of_which_only_the_shape_moved_that_is_told() -> None:
@@ -330,7 +330,7 @@ def test_no_instrument_is_told_where_a_change_of_the_reducer_does_as_well() -> N
     def hidden(best: str, other: str) -> tuple[str, ...]:
         weighed = of_odds([choice(best, 0.0)])
         assert rest_of(weighed, comes_back=True).hidden == ()
-        weighed = replace(weighed, left=(choice(other, -20.0),))
+        weighed = replace(weighed, before_counting=(choice(other, -20.0),))
         return rest_of(weighed, comes_back=True).hidden
 
     assert hidden("sensor_gain", "contact_stiffness") == ("sensor_gain",)

@@ -5,6 +5,7 @@ spring something else."""
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ Floats = NDArray[np.float64]
 CASE = EXAMPLES / "campaign.toml"
 EXAMPLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
 assert EXAMPLE.preload_N is not None
-SPRING = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 9000.0}}
+SPRING: dict[str, Any] = {"torsion_spring": {"torsional_stiffness_Nm_per_rad": 9000.0}}
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -154,6 +155,16 @@ def test_a_stop_takes_what_a_stop_takes() -> None:
     assert stop.low <= found.value(share) < stop.low + 1e-6
 
 
+@pytest.mark.parametrize(("stated", "true"), [(0.8, 0.8), (0.5, 0.4)])
+def test_a_stop_that_the_case_states_may_be_less(stated: float, true: float) -> None:
+    """Its least share was counted from the stated one: beyond 1 at 0.8, which no model takes."""
+    read = sines([("hard_stop", {"stop_torque_Nm": 4.5, "taken_share": true})], seed=1)
+    stop = {"id": "hard_stop", "stop_torque_Nm": 4.5, "taken_share": stated}
+    verdict = cbpt.diagnose(SPRING | {"effect": [stop]}, read).verdict
+    named = {*verdict.effects, *(e for group in verdict.rivals for e in group)}
+    assert ("hard_stop" in named) == (stated != true), verdict
+
+
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
@@ -191,3 +202,13 @@ def test_a_joint_that_opens_on_a_spring_is_no_stop(tmp_path: Path, seed: int) ->
     assert found.verdict.effects == ("output_torsion",), found.sentence
     opening_Nm = found.to_dict()["parameters"]["output_torsion"]["opening_torque_Nm"]["value"]
     assert opening_Nm == pytest.approx(15.0, abs=2.0)
+
+
+def test_a_stop_that_one_table_has_is_new_there() -> None:
+    """Where nobody named it every table had to hold a stop, which then "rose"."""
+    stop = ("hard_stop", {"stop_torque_Nm": 4.5, "taken_share": 0.6})
+    friction = ("friction_hysteresis", {"friction_torque_Nm": 0.5, "engagement_angle_rad": 1e-4})
+    tables = sines([friction], seed=1), sines([friction, stop], seed=2)
+    answer = cbpt.change(SPRING, *tables, effects=["friction_hysteresis"])
+    (told,) = (c for c in answer.changed if c.parameter == "taken_share")
+    assert told.direction == "new" and told.after == pytest.approx(0.6, abs=0.1)

@@ -124,7 +124,7 @@ def _counted_for_less(weighed: Weighed, d: float) -> Weighed:
         if fit is not None and not (c.loose and fit.ends_at_limit(c.loose)):
             odds = c.log_odds + fit.log_evidence - c.fit.log_evidence
             found.append(replace(c, levels=of, fit=fit, log_odds=odds))
-    return replace(of_odds(found), left=weighed.choices) if found else weighed
+    return replace(of_odds(found), before_counting=weighed.choices) if found else weighed
 
 
 def _dispersed(party: Party, phi: float) -> Party:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cbpt.lab.change.agreement import runs_agree
+from cbpt.lab.change.gains import is_gain
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
 from cbpt.lab.covariance.repeated_runs import ComesAgain, Differing, comes_again, differing_of
 from cbpt.lab.model.own_loops import PLAY, small_loops_of
-from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.selection.rules import RULES
 from cbpt.results import ARCSEC_PER_RAD
 
@@ -46,14 +46,14 @@ class Rest:
     other numbers, or other changes, make up for."""
     told_from_arcsec: float
     """From which of these on a change of one effect is told: what the rests of runs with the same
-    torques differ by from level to level; without such runs, and of an instrument, the rest."""
+    torques differ by from level to level; without such runs, and of a gain, the rest."""
     runs_differ: tuple[str, ...]
     """Of that: what runs of one level with the same torques do not agree on."""
     on_large_loops: tuple[str, ...]
     """Of that: a play wider than what small loops turn that friction holds. It rests on the large
     loops alone, and stands for what else these show."""
     hidden: tuple[str, ...]
-    """These, and what moves the angles by less than that."""
+    """These, and what moves the angles by less than it has to."""
 
     @property
     def hides_all(self) -> bool:
@@ -75,7 +75,7 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
         default=0.0,
     )
     moves_arcsec = {
-        e: moves_of(weighed.best_with(e), e, weighed.without(e) if _is_instrument(e) else ())
+        e: moves_of(weighed.best_with(e), e, weighed.without(e) if is_gain(e) else ())
         for e in weighed.likely
     }
     differing = differing_of([c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns])
@@ -94,18 +94,11 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
         hidden=tuple(
             e
             for e, arcsec in moves_arcsec.items()
-            if arcsec < (not_followed_arcsec if _is_instrument(e) else told_from_arcsec)
+            if arcsec < (not_followed_arcsec if is_gain(e) else told_from_arcsec)
             or e in runs_differ
             or e in unseen
         ),
     )
-
-
-def _is_instrument(effect: str) -> bool:
-    """Instruments are the same at all levels as far as anybody knows. So one is told as changed
-    only if that moves the angles by more than the whole rest, beyond what other changes make up
-    for: gains of 8 to 17 % stood in for a stiffness that fell."""
-    return CLASSES.get(effect) == "rig"
 
 
 def _unseen(choice: Choice, effect: str) -> bool:

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from math import hypot, isfinite
 from typing import NamedTuple
 
+from cbpt.lab.change.gains import is_gain
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
 from cbpt.lab.wording import layout
@@ -29,6 +30,8 @@ from cbpt.lab.wording.numbers import (
 
 _LISTED = 6
 """Levels whose values are all told."""
+_AS_WELL = 0.5
+"""Of what two uncertainties together make: a difference that is known better is told."""
 _WAYS = {"up": "rose", "down": "fell", "new": "appeared", "gone": "is no longer seen"}
 
 
@@ -59,6 +62,8 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
         by = "" if size is None else f", and the angles with it by {angle.text(size)}"
         left = _rest(found, angle)
         left = f"{left} That may look like such a change." if left else ""
+        if left and any(map(is_gain, found.hidden)):
+            left += " A gain may also stand in for a change of the reducer."
         remedy = " Name other effects to fit." if left else ""
         unlike = f" But {found.unlike_design}." if found.unlike_design else ""
         return "What changed cannot be told.", (
@@ -167,10 +172,14 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
     runs = _runs(found) if found.kind == "changed" else ""
     # Of one effect among several; of all together the angles have to move by more than the rest.
     least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
+    gains = ""
+    if found.kind == "changed" and any(map(is_gain, found.hidden)):
+        whole = angle.text(found.not_followed_arcsec)
+        gains = f", nor that of an instrument's gain by less than {whole}"
     size = (
         f" Beside this rest no change can be told that moves the angles by less than "
-        f"{angle.text(least)} (rms) beyond what other numbers make up for; fitted numbers may "
-        "differ all the same."
+        f"{angle.text(least)} (rms){gains} beyond what other numbers make up for; fitted numbers "
+        "may differ all the same."
     )
     return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"
 
@@ -279,11 +288,13 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
 def _difference(c: Changed, angle: AngleUnit) -> str:
     """The difference of two values, where it is known better than both: what all levels share makes
     them uncertain together."""
-    off = c.after - c.before
-    if c.u_before is None or c.u_after is None or abs(off) > 2 * hypot(c.u_before, c.u_after):
+    off = abs(c.after - c.before)
+    if c.u_before is None or c.u_after is None or not c.apart > 0:
         return ""
-    _, told = in_words((c.effect, c.parameter), off, abs(off) / c.apart, c.unit, angle)
-    return f" (a difference of {told})"
+    u = off / c.apart
+    if u > _AS_WELL * hypot(c.u_before, c.u_after):
+        return ""
+    return f" (by {in_words((c.effect, c.parameter), off, u, c.unit, angle)[1]})"
 
 
 def limited(value: str, limit: Limit | None) -> str:
@@ -361,7 +372,7 @@ def _odd_level(found: ChangeData, angle: AngleUnit) -> str:
         return ""
     name, other = found.levels[odd.level], found.levels[odd.other]
     less = angle.text(odd.other_arcsec, 2) if odd.other_arcsec else "nothing"
-    where = "" if odd.run is None else f", most of it in run {odd.run}"
+    where = "" if odd.run is None else f", much of it in run {odd.run}"
     if odd.jump_arcsec is not None:
         where += (
             f", where the angle jumps by {angle.text(abs(odd.jump_arcsec))} near "

@@ -83,7 +83,9 @@ class Fitter:
             for v in self.library
             if not v.lacks(campaign.readings) and (seen := no_quicker(v, step_s)) is not None
         )
-        library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
+        library = tuple(
+            replace(v, signed=True, from_low=False) if v.effect in given else v for v in fitting
+        )
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())
         # Of variants that are given all have a place, also those that this table cannot show: what
         # fitters of several tables know is then put from one to another place by place.

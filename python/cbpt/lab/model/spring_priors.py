@@ -244,8 +244,7 @@ def _stiffness_curves(torque: float, angle: float) -> Iterator[Variant]:
         curve = _of("stiffness_curve", ("squared_rad", second), angle, 1e-3, 0.5)
         curve = _signed(curve, name, ratios=(1.0, ratio))
         yield replace(curve, fixed=(("reference_torque_Nm", torque),))
-    # As makers of strain-wave gears state it. What is soft below the range of T1 is a play; with
-    # one break torque alone it is a joint with a stop.
+    # As makers of strain-wave gears state it. What is soft below T1's range is a play.
     first = _ranged("break_torque_1_Nm", torque, 0.1, 0.5, (0.15, 0.3))
     then = _ranged("break_torque_2_Nm", torque, 0.5, 0.95, (0.6, 0.8))
     softer = "added_compliance_1_rad_per_Nm", "added_compliance_2_rad_per_Nm"
