@@ -254,7 +254,7 @@ def test_no_cause_is_certain_where_nothing_tells_the_scatter() -> None:
 
 
 def test_what_is_not_certain_is_not_told_as_a_fact() -> None:
-    found = cbpt.diagnose(CASES["soft"], without_a_second_large_loop("preload_4"))
+    found = cbpt.diagnose(CASES["soft"], without_a_second_large_loop("preload_5"))
     assert found.verdict.probability < 0.95 and found.verdict.perhaps
     assert "In addition there is" not in found.sentence
     assert "perhaps also" in found.sentence

@@ -216,8 +216,7 @@ def _levels(fitters: Sequence[Fitter], fits: Sequence[Fit], forms: tuple[Variant
 
 
 def forms_of(levels: Levels, effects: Sequence[str]) -> tuple[Variant, ...]:
-    """The forms that some effects may have at all levels, without what their tables cannot show;
-    a level may have next to nothing of an effect."""
+    """The forms that some effects may have at all levels, without what their tables cannot show."""
     campaigns = [party.problem.campaign for party in levels.parties]
     longest = _longest(campaigns)
     # What a diagnosis proposes has the range that it is proposed in.
@@ -226,8 +225,7 @@ def forms_of(levels: Levels, effects: Sequence[str]) -> tuple[Variant, ...]:
     library = library_of(longest, asked, campaigns)
     offered = [Fitter(campaign, library).variants for campaign in campaigns]
     everywhere = set.intersection(*({v.label for v in variants} for variants in offered))
-    found = (v for v in library if v.effect in effects and v.label in everywhere)
-    return tuple(replace(v, from_low=False) for v in found)
+    return tuple(v for v in library if v.effect in effects and v.label in everywhere)
 
 
 def proposed_for_springs(levels: Levels) -> list[str]:

@@ -178,7 +178,7 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
         gains = f", nor that of an instrument's gain by less than {whole}"
     size = (
         f" Beside this rest no change can be told that moves the angles by less than "
-        f"{angle.text(least)} (rms){gains} beyond what other numbers make up for; fitted numbers "
+        f"{angle.text(least)} (rms) beyond what other numbers make up for{gains}; fitted numbers "
         "may differ all the same."
     )
     return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"

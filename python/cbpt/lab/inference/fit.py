@@ -83,9 +83,7 @@ class Fitter:
             for v in self.library
             if not v.lacks(campaign.readings) and (seen := no_quicker(v, step_s)) is not None
         )
-        library = tuple(
-            replace(v, signed=True, from_low=False) if v.effect in given else v for v in fitting
-        )
+        library = tuple(replace(v, signed=True) if v.effect in given else v for v in fitting)
         self.variants = library + campaign.candidates + (lots(balls) if balls else ())
         # Of variants that are given all have a place, also those that this table cannot show: what
         # fitters of several tables know is then put from one to another place by place.
@@ -179,10 +177,6 @@ class Fitter:
         neutral = float(self.model.neutral[index])
         reach = min(3.0 * variant.high * ratio, self.most.get(name, np.inf))
         low = max(neutral - reach, float(self.model.lower[index])) if variant.signed else neutral
-        if variant.from_low:
-            return neutral + variant.low * ratio, min(
-                neutral + reach, float(self.model.upper[index])
-            )
         return min(low, neutral), min(neutral + reach, float(self.model.upper[index]))
 
     def start(self, hypothesis: Hypothesis, sizes: dict[str, float]) -> Floats:
@@ -276,15 +270,10 @@ class Fitter:
             # Nothing else: of a form that this hypothesis does not have no number may be at work.
             own = [u.index for u in unknowns]
             values[own] = start[own]
-        neutral = self.model.neutral
-        # What its effect is defined from on; the search begins within its bounds.
-        defined = [u for u in unknowns if u.size_of >= 0 and u.lower > neutral[u.index]]
-        at, lowest = [u.index for u in defined], [u.lower for u in defined]
-        values[at] = np.maximum(values[at], lowest)
         noise = how.noise or self.campaign.plain_noise
         problem = self._problem(unknowns, noise)
         least = self._problem(base.unknowns, noise).objective(base.point) if base else np.inf
-        nothing = neutral if base is None else base.point.values
+        nothing = self.model.neutral if base is None else base.point.values
         point = point_at(self.model, values, unknowns)
         known = {u.index for u in base.unknowns} if base else set()
         back = [u.index for u in unknowns if u.index in known or (not u.log and np.isinf(u.sd))]
@@ -295,7 +284,6 @@ class Fitter:
                 break
             # Too much for the preload to hold, or for the model to follow: nearer to doing nothing.
             values[back] = 0.5 * (values[back] + nothing[back])
-            values[at] = np.maximum(values[at], lowest)
             point = point_at(self.model, values, unknowns)
         if point is None:
             return None

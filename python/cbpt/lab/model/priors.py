@@ -68,9 +68,6 @@ class Variant:
     scaled: bool = False
     """Its ranges are those of one table, not of the core's library."""
 
-    from_low: bool = False
-    """No fit takes a size below `low`: what is smaller is another effect by its definition."""
-
     far: tuple[tuple[float, ...], ...] = ()
     """The same for the look at single effects alone: many forms that hardly show when small."""
 

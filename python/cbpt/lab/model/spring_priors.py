@@ -46,9 +46,6 @@ from cbpt.lab.model.priors import (
 from cbpt.lab.readings.readings import Readings
 from cbpt.results import solve_many
 
-_STOP_TAKES = 1 / 3
-"""Least share of a further torque that a stop takes: half of what the reducer then takes."""
-
 
 def library_of(
     campaign: Campaign, asked: Sequence[str] = (), beside: Sequence[Campaign] = ()
@@ -244,16 +241,13 @@ def _stiffness_curves(torque: float, angle: float) -> Iterator[Variant]:
         curve = _of("stiffness_curve", ("squared_rad", second), angle, 1e-3, 0.5)
         curve = _signed(curve, name, ratios=(1.0, ratio))
         yield replace(curve, fixed=(("reference_torque_Nm", torque),))
-    # As makers of strain-wave gears state it. What is soft below T1's range is a play.
+    # As makers of strain-wave gears state it. What is soft below the range of T1 is a play; with
+    # one break torque alone it is a joint with a stop.
     first = _ranged("break_torque_1_Nm", torque, 0.1, 0.5, (0.15, 0.3))
     then = _ranged("break_torque_2_Nm", torque, 0.5, 0.95, (0.6, 0.8))
     softer = "added_compliance_1_rad_per_Nm", "added_compliance_2_rad_per_Nm"
     pieces = _of("stiffness_curve", softer, angle / torque, 1e-3, 1.0)
     yield replace(_with(pieces, (first, then), "in pieces"), ratios=(1.0, 1.0))
-    # What changes more at one torque is a stop.
-    once = _ranged("break_torque_2_Nm", torque, 0.4, 0.98, (0.5, 0.65, 0.8))
-    two = _signed(_of("stiffness_curve", softer[1:], angle / torque, 1e-3, _STOP_TAKES))
-    yield _with(two, (once,), "in two pieces")
 
 
 def _instruments_of_spring(campaign: Campaign, torque: float, angle: float) -> Iterator[Variant]:
@@ -286,10 +280,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     yield from _instruments_of_spring(campaign, torque, angle)
     yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)
-    # Nearer to zero torque a softer spring with a stop is a play; what takes less than half of what
-    # the reducer takes is a stiffness of two slopes.
-    stop = _hard_stop(torque, 0.4, (0.5, 0.65, 0.8))
-    yield replace(stop, low=_STOP_TAKES, from_low=True)
+    # Nearer to zero torque a softer spring with a stop is a play.
+    yield _hard_stop(torque, 0.4, (0.5, 0.65, 0.8))
     if readings.time_s is not None:
         length = _length_s(campaign) or 1.0
         run = max(_longest_run(campaign), 1e-3 * length)
