@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import cbpt
 from cbpt.lab.change.parameters import _direction, _of_effect, changed_of
 from cbpt.lab.change.parties import levels_of
-from cbpt.lab.change.posterior import Choice, Group, Search, Weighed, groups_of, of_odds
+from cbpt.lab.change.posterior import Choice, Group, Search, Weighed, groups_of
 from cbpt.lab.change.record import Changed, Limit
 from cbpt.lab.change.reproducibility import moves_of
 from cbpt.lab.change.rest import Rest, rest_of
@@ -304,37 +304,6 @@ def test_a_change_moves_the_angles_by_what_no_other_one_makes_up_for() -> None:
     largest = float(np.abs(tables[0].elastic_angle_arcsec).max())
     assert 0.01 * largest < alone < 0.08 * largest
     assert moves("contact_stiffness", "contact_stiffness", "sensor_gain") < 0.01 * alone
-
-
-def with_a_law(table: dict[str, NDArray[np.float64]]) -> cbpt.Readings:
-    """What no effect follows, the same in each run."""
-    law = 8.0 * np.sin(3.0 * table["torque_Nm"])
-    table = table | {"elastic_angle_arcsec": table["elastic_angle_arcsec"] + law}
-    return cbpt.read_readings(table, need_preload=False)
-
-
-def test_no_instrument_is_told_where_a_change_of_the_reducer_does_as_well() -> None:
-    """Beside a rest that is no noise a gain of the torque cell stood in for a stiffness that fell,
-    for certain, as it followed the readings a little better."""
-    tables = [with_a_law(play(0.0)), with_a_law(stiffened(play(0.0, seed=2)))]
-    levels = levels_of([campaign_of(cbpt.Case.from_dict(SPRING), t, []) for t in tables], [])
-    assert levels is not None
-    unknowns = [u.name for u in levels.fits[0].unknowns]
-
-    def choice(effect: str, log_odds: float) -> Choice:
-        own = frozenset({unknowns.index(effect)})
-        fit = fit_shared(levels.parties, levels.variants, own)
-        assert fit is not None
-        return Choice(frozenset({effect}), levels, fit, log_odds)
-
-    def hidden(best: str, other: str) -> tuple[str, ...]:
-        weighed = of_odds([choice(best, 0.0)])
-        assert rest_of(weighed, comes_back=True).hidden == ()
-        weighed = replace(weighed, before_counting=(choice(other, -20.0),))
-        return rest_of(weighed, comes_back=True).hidden
-
-    assert hidden("sensor_gain", "contact_stiffness") == ("sensor_gain",)
-    assert hidden("contact_stiffness", "sensor_gain") == ()
 
 
 def test_a_choice_without_one_change_is_another_choice() -> None:

@@ -6,7 +6,6 @@ parties      levels with the same effects in the same forms, each fitted by itse
 shared       one model for all levels: which numbers are shared, and the evidence of each choice
 stand_ins    other effects in place of what seems to have changed
 rest         what the fitted effects leave, and which changes are too small beside it
-gains        of which instruments' changes more is asked
 reproducibility  what a new set-up changes by itself, stated or from repeated set-ups
 parameters   the numbers that changed, and those that did not
 posterior    which numbers changed, from the evidence of the choices

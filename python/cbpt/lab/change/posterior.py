@@ -127,8 +127,6 @@ class Weighed:
     groups: tuple[Group, ...]
     """Of all choices; `Group.unknowns` are those of the first that has the group."""
     choices: tuple[Choice, ...]
-    before_counting: tuple[Choice, ...] = ()
-    """All that there were before readings were counted for less, where they were."""
 
     @property
     def best(self) -> Choice:
@@ -172,17 +170,6 @@ class Weighed:
         """Those that have a say where the readings count d times less."""
         least = self.best.log_odds - _EFFORT.room * d
         return tuple(choice for choice in self.choices if choice.log_odds > least)
-
-    def without(self, effect: str) -> list[Choice]:
-        """All in which neither an effect changed nor one of its group, and no more than in the best
-        one with it."""
-        group = {effect, *(name for names in self.rivals if effect in names for name in names)}
-        most = len(self.best_with(effect).changed)
-        return [
-            c
-            for c in (*self.choices, *self.before_counting)
-            if group.isdisjoint(c.changed) and len(c.changed) <= most
-        ]
 
     def best_with(self, effect: str) -> Choice:
         """The most probable one in which it changed; of a twin, the same with its own values."""

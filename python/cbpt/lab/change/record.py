@@ -122,13 +122,12 @@ class ChangeData:
     """What the fitted effects leave of the readings of a level, rms, where it comes again in runs
     that repeat each other and so is no noise: the most of all levels; else 0."""
     moves_arcsec: Mapping[str, float]
-    """Of what may have changed: by how much levels differ by it beyond what other numbers (of a
-    gain, other changes too) make up for, standard deviation of the fitted angles; infinite where
-    the model has no solution without it, or the loops of one level exclude by far what another one
-    has."""
+    """Of what may have changed: by how much levels differ by it beyond what other numbers make up
+    for, standard deviation of the fitted angles; infinite where the model has no solution without
+    it, or the loops of one level exclude by far what another one has."""
     told_from_arcsec: float
     """From which of these on a change of one effect is told: how much of what the effects leave
-    differs between levels; of a gain, all that they leave."""
+    differs between levels."""
     hidden: tuple[str, ...]
     """Of that: what moves the angles by less, and, where that is no noise, effects of which no
     number moved by more than twice its uncertainty; and what runs of one level do not agree on."""

@@ -35,7 +35,7 @@ from cbpt.lab.change.counting import design_effect
 from cbpt.lab.change.loop_widths import ALIKE_WIDTHS
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed, choices_of, groups_of, of_odds
-from cbpt.lab.change.shared import Party, Shared, fit_shared
+from cbpt.lab.change.shared import Party, fit_shared
 from cbpt.lab.inference.gauss_newton import Problem, point_at
 from cbpt.lab.model.dataset import Campaign
 
@@ -124,7 +124,7 @@ def _counted_for_less(weighed: Weighed, d: float) -> Weighed:
         if fit is not None and not (c.loose and fit.ends_at_limit(c.loose)):
             odds = c.log_odds + fit.log_evidence - c.fit.log_evidence
             found.append(replace(c, levels=of, fit=fit, log_odds=odds))
-    return replace(of_odds(found), before_counting=weighed.choices) if found else weighed
+    return of_odds(found) if found else weighed
 
 
 def _dispersed(party: Party, phi: float) -> Party:
@@ -156,7 +156,7 @@ def reproducibility_of(levels: Levels, places: Sequence[Sequence[int]]) -> float
     return float(np.sqrt(squares / freedom)) if freedom else None
 
 
-def moves_of(choice: Choice, effect: str, others: Sequence[Choice] = ()) -> float:
+def moves_of(choice: Choice, effect: str) -> float:
     """By how much levels differ by the change of an effect beyond what other numbers make up for:
     of the fitted angles, against those where it keeps one value at all levels, the standard
     deviation over levels in arcsec. Infinite where the model has no solution then, or the loops of
@@ -164,8 +164,6 @@ def moves_of(choice: Choice, effect: str, others: Sequence[Choice] = ()) -> floa
 
     What a change does by itself says little: two that cancel each other, a softer joint and a
     stiffer contact, each move the angles by far more than levels differ.
-
-    others: choices without that change, whose changes may make up for it too.
     """
     levels, fit = choice.levels, choice.fit
     if any(excludes(choice, effect, *pair) for pair in permutations(range(len(fit.slots)), 2)):
@@ -173,16 +171,12 @@ def moves_of(choice: Choice, effect: str, others: Sequence[Choice] = ()) -> floa
     kept = choice.beside(effect)
     fitted = partial(fit_shared, levels.parties, levels.variants, kept, loose=choice.loose & kept)
     found = [again for again in (fitted(start=fit.points), fitted()) if again is not None]
-    without = [min(found, key=lambda again: again.misfit)] if found else []
-    without += [other.fit for other in others]
-    return min((_apart_arcsec(levels, fit, other) for other in without), default=float("inf"))
-
-
-def _apart_arcsec(levels: Levels, fit: Shared, other: Shared) -> float:
-    """By how much the fitted angles of two fits of the same levels differ."""
+    if not found:
+        return float("inf")
+    without = min(found, key=lambda again: again.misfit)
     squares = 0.0
-    for party, one, point in zip(levels.parties, fit.points, other.points, strict=True):
-        moved = (one.angle_arcsec - point.angle_arcsec)[:, None]
+    for party, with_it, point in zip(levels.parties, fit.points, without.points, strict=True):
+        moved = (with_it.angle_arcsec - point.angle_arcsec)[:, None]
         squares += rms_arcsec(party.problem.campaign, _freely(party.problem, moved)[:, 0]) ** 2
     return float(np.sqrt(squares / (len(fit.points) - 1)))
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from cbpt.lab.change.agreement import runs_agree
-from cbpt.lab.change.gains import is_gain
 from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.posterior import Choice, Weighed
 from cbpt.lab.change.reproducibility import moves_of, reproducibility_of, rms_arcsec
@@ -43,17 +42,17 @@ class Rest:
     """By how much the fitted curves of the levels differ; None where one has no solution."""
     moves_arcsec: Mapping[str, float]
     """Of what may have changed: by how much the fitted angles of levels differ by that beyond what
-    other numbers, or other changes, make up for."""
+    other numbers make up for."""
     told_from_arcsec: float
     """From which of these on a change of one effect is told: what the rests of runs with the same
-    torques differ by from level to level; without such runs, and of a gain, the rest."""
+    torques differ by from level to level; without such runs, the rest."""
     runs_differ: tuple[str, ...]
     """Of that: what runs of one level with the same torques do not agree on."""
     on_large_loops: tuple[str, ...]
     """Of that: a play wider than what small loops turn that friction holds. It rests on the large
     loops alone, and stands for what else these show."""
     hidden: tuple[str, ...]
-    """These, and what moves the angles by less than it has to."""
+    """These, and what moves the angles by less than `told_from_arcsec`."""
 
     @property
     def hides_all(self) -> bool:
@@ -74,10 +73,7 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
         (rms_arcsec(c, r) for c, r, law in zip(campaigns, left, is_law, strict=True) if law),
         default=0.0,
     )
-    moves_arcsec = {
-        e: moves_of(weighed.best_with(e), e, weighed.without(e) if is_gain(e) else ())
-        for e in weighed.likely
-    }
+    moves_arcsec = {e: moves_of(weighed.best_with(e), e) for e in weighed.likely}
     differing = differing_of([c.readings for c in campaigns], left, [c.u_arcsec for c in campaigns])
     told_from_arcsec = min(not_followed_arcsec, np.inf if differing is None else differing.arcsec)
     runs_differ = tuple(e for e in moves_arcsec if not runs_agree(weighed.best_with(e), e))
@@ -94,9 +90,7 @@ def rest_of(weighed: Weighed, comes_back: bool) -> Rest:
         hidden=tuple(
             e
             for e, arcsec in moves_arcsec.items()
-            if arcsec < (not_followed_arcsec if is_gain(e) else told_from_arcsec)
-            or e in runs_differ
-            or e in unseen
+            if arcsec < told_from_arcsec or e in runs_differ or e in unseen
         ),
     )
 

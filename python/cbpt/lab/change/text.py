@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from math import hypot, isfinite
 from typing import NamedTuple
 
-from cbpt.lab.change.gains import is_gain
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
 from cbpt.lab.wording import layout
@@ -62,8 +61,6 @@ def headline_and_rest(found: ChangeData, angle: AngleUnit = ARCSEC) -> tuple[str
         by = "" if size is None else f", and the angles with it by {angle.text(size)}"
         left = _rest(found, angle)
         left = f"{left} That may look like such a change." if left else ""
-        if left and any(map(is_gain, found.hidden)):
-            left += " A gain may also stand in for a change of the reducer."
         remedy = " Name other effects to fit." if left else ""
         unlike = f" But {found.unlike_design}." if found.unlike_design else ""
         return "What changed cannot be told.", (
@@ -172,14 +169,10 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
     runs = _runs(found) if found.kind == "changed" else ""
     # Of one effect among several; of all together the angles have to move by more than the rest.
     least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
-    gains = ""
-    if found.kind == "changed" and any(map(is_gain, found.hidden)):
-        whole = angle.text(found.not_followed_arcsec)
-        gains = f", nor that of an instrument's gain by less than {whole}"
     size = (
         f" Beside this rest no change can be told that moves the angles by less than "
-        f"{angle.text(least)} (rms) beyond what other numbers make up for{gains}; fitted numbers "
-        "may differ all the same."
+        f"{angle.text(least)} (rms) beyond what other numbers make up for; fitted numbers may "
+        "differ all the same."
     )
     return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"
 

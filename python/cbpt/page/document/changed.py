@@ -83,8 +83,7 @@ def _open(found: Change, names: tuple[str, str]) -> list[OpenChange]:
         elif effect in found.on_large_loops:
             why = "friction holds the small loops, so it rests on the large ones alone"
         elif effect in found.hidden:
-            why = "it is within its uncertainty, no larger than the misfit that remains, or what "
-            why += "another change may do as well"
+            why = "it is within its uncertainty, or smaller than the misfit that remains"
         rows.append({"effect": effect, "probability": chance, "why": why})
     for effect, levels in found.not_shown.items():
         tables = listed([names[found.levels.index(level)] for level in levels])
