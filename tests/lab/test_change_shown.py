@@ -146,7 +146,7 @@ def test_a_slip_in_one_level_keeps_the_answer_from_nothing() -> None:
     assert (odd["level"], odd["other"], odd["run"]) == ("after", "before", "2")
     assert odd["jump_arcsec"] == pytest.approx(300, rel=0.1)
     assert odd["jump_Nm"] == pytest.approx(BOTH_WAYS[30], abs=1)
-    assert "much of it in run 2, where the angle jumps by " in answer.sentence
+    assert "most of it in run 2, where the angle jumps by " in answer.sentence
     # The other way round it is the other level.
     turned = found(with_more(after, slip), before).odd_level
     assert turned is not None and (turned.level, turned.other) == (0, 1)
@@ -165,6 +165,8 @@ def test_a_slip_shows_beside_what_all_runs_leave(runs: int, told: str) -> None:
     answer = found(*({name: column[kept] for name, column in t.items()} for t in tables))
     assert answer.kind == "undecided" and answer.odd_level is not None
     assert (answer.odd_level.level, answer.odd_level.run) == (1, told)
+    assert answer.odd_level.slipped
+    assert f"But in run {told} of after the angle jumps by 1" in answer.sentence
     assert abs(answer.odd_level.jump_arcsec or 0.0) == pytest.approx(150, rel=0.1)
 
 

@@ -48,6 +48,9 @@ class OddLevel:
     """By how much the angle jumps within that run, where that explains most of it."""
     jump_Nm: float | None
     """The torque there."""
+    slipped: bool = False
+    """Whether it is odd by that jump, which other runs with the same torques do not have, and not
+    by how much it leaves."""
 
 
 def odd_level_of(levels: Levels, scatter_arcsec: Sequence[float]) -> OddLevel | None:
@@ -81,7 +84,7 @@ def odd_level_of(levels: Levels, scatter_arcsec: Sequence[float]) -> OddLevel | 
     if slip is None or not sizes[most] > _MORE * max(sizes[:most] + sizes[most + 1 :]):
         return None
     return OddLevel(
-        most, beyond[most], least, beyond[least], slip.run, slip.jump_arcsec, slip.at_Nm
+        most, beyond[most], least, beyond[least], slip.run, slip.jump_arcsec, slip.at_Nm, True
     )
 
 

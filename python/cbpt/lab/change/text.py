@@ -364,8 +364,15 @@ def _odd_level(found: ChangeData, angle: AngleUnit) -> str:
     if odd is None:
         return ""
     name, other = found.levels[odd.level], found.levels[odd.other]
+    if odd.slipped and odd.jump_arcsec is not None:
+        return (
+            f" But in run {odd.run} of {name} the angle jumps by "
+            f"{angle.text(abs(odd.jump_arcsec))} near {odd.jump_Nm:.3g} N m, and in the other runs "
+            "to the same torques it does not: something may have slipped there. A change may be "
+            "hidden by it, or be it: look at that run and measure again."
+        )
     less = angle.text(odd.other_arcsec, 2) if odd.other_arcsec else "nothing"
-    where = "" if odd.run is None else f", much of it in run {odd.run}"
+    where = "" if odd.run is None else f", most of it in run {odd.run}"
     if odd.jump_arcsec is not None:
         where += (
             f", where the angle jumps by {angle.text(abs(odd.jump_arcsec))} near "
