@@ -1,6 +1,7 @@
 //! Contact stiffness: one factor scales every stiffness k.
 //!
-//! k -> s k. The factor covers errors of material, conformity and finish; a log-normal prior suits it.
+//! k -> s k. The factor covers errors of material, conformity and finish; a log-normal prior suits it. Of a torsion spring it is
+//! on the torque at each angle, as another modulus makes it: its curves keep their places over the angle.
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
@@ -12,7 +13,7 @@ pub static SPEC: Spec = Spec {
     class: Class::Parameter,
     port: Port::Contact,
     reducers: Reducers::All,
-    equation: "k -> s k, with one factor s for all pairs",
+    equation: "k -> s k, with one factor s for all pairs; of a torsion spring m -> m/s in its curve and in each stiffness_curve, where m is the torque that the spring carries",
     source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
     tell_tale: "the residual is a constant share of the angle at low torque",
     parameters: &[Parameter::gain("stiffness_scale", "factor s on the stiffness of every contact")

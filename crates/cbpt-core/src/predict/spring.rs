@@ -1,11 +1,13 @@
-//! A torsion spring in place of meshing points: alpha = f(m)/s + sum of j t(m) + sum of h(m), with the curve f, the scale s of
-//! `contact_stiffness`, the share t of the play j that each `backlash` takes up, and the h of each `stiffness_curve`.
+//! A torsion spring in place of meshing points: alpha = f(m/s) + sum of h(m/s) + sum of j t(m), with the curve f, the h of each
+//! `stiffness_curve`, the scale s of `contact_stiffness`, and the share t of the play j that each `backlash` takes up.
+//!
+//! As with contacts, whatever makes the curve: s times the torque at the same angle, which is what another modulus does.
 
 use crate::effect::dual::values;
 use crate::effect::port::{CURVE_NUMBERS, Contact, PLAY_NUMBERS};
 use crate::effect::{backlash, stiffness_curve};
 use crate::equilibrium::response::Slopes;
-use crate::torsion_spring::{TorsionSpring, Twist};
+use crate::torsion_spring::TorsionSpring;
 
 use super::mesh::{Mesh, Turned};
 
@@ -31,17 +33,26 @@ impl<'a> Spring<'a> {
 
     /// How far it turns under the torque that it carries.
     pub fn turned(&self, torque_Nm: f64) -> Turned {
-        self.with_effects(self.curve.twist(torque_Nm), torque_Nm)
+        self.with_plays(self.elastic(torque_Nm), torque_Nm)
     }
 
-    fn with_effects(&self, twist: Twist, torque_Nm: f64) -> Turned {
-        let mut turned = Turned {
-            angle_rad: twist.angle_rad / self.scale,
-            by_torque: twist.compliance_rad_per_Nm / self.scale,
-        };
-        let plays = self.plays.iter().map(|own| backlash::turned(own, torque_Nm));
-        let curves = self.curves.iter().map(|own| stiffness_curve::turned(own, torque_Nm));
-        for [angle_rad, by_torque] in plays.chain(curves) {
+    /// Without plays.
+    fn elastic(&self, torque_Nm: f64) -> Turned {
+        let at_Nm = torque_Nm / self.scale;
+        let twist = self.curve.twist(at_Nm);
+        let (mut angle_rad, mut compliance) = (twist.angle_rad, twist.compliance_rad_per_Nm);
+        for own in &self.curves {
+            let [further, by_torque] = stiffness_curve::turned(own, at_Nm);
+            angle_rad += further;
+            compliance += by_torque;
+        }
+        Turned { angle_rad, by_torque: compliance / self.scale }
+    }
+
+    fn with_plays(&self, elastic: Turned, torque_Nm: f64) -> Turned {
+        let mut turned = elastic;
+        for own in &self.plays {
+            let [angle_rad, by_torque] = backlash::turned(own, torque_Nm);
             turned.angle_rad += angle_rad;
             turned.by_torque += by_torque;
         }
@@ -50,16 +61,17 @@ impl<'a> Spring<'a> {
 
     /// The spring under the torque that it carries.
     pub fn solve(&self, torque_Nm: f64) -> Mesh {
-        let twist = self.curve.twist(torque_Nm);
-        let Turned { angle_rad, by_torque } = self.with_effects(twist, torque_Nm);
+        let elastic = self.elastic(torque_Nm);
+        let Turned { angle_rad, by_torque } = self.with_plays(elastic, torque_Nm);
         Mesh {
-            status: twist.status,
+            // Of the reading, whatever the scale: it may be fitted.
+            status: self.curve.twist(torque_Nm).status,
             angle_rad,
             parts_rad: [angle_rad, 0.0],
             residual: 0.0,
             slopes: Slopes {
                 torque: by_torque,
-                log_stiffness: -twist.angle_rad / self.scale,
+                log_stiffness: -torque_Nm * elastic.by_torque,
                 ..Slopes::default()
             },
             torque_Nm,
