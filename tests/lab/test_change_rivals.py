@@ -72,6 +72,76 @@ def test_a_gain_that_all_else_follows_may_be_a_stiffness() -> None:
     assert stiffness.moved and gain.moved
 
 
+def in_pieces(
+    scale: float, seed: int, friction_Nm: float = 1.0, behind: bool = False
+) -> dict[str, NDArray[np.float64]]:
+    """Loops of a spring in pieces with friction: so many times the torque at each angle. behind: of
+    a shaft in series and of what creeps too."""
+    plan = loops()
+    pieces = {
+        "added_compliance_1_rad_per_Nm": 1.5e-4 / scale,
+        "added_compliance_2_rad_per_Nm": 0.8e-4 / scale,
+        "break_torque_1_Nm": 2.0 * scale,
+        "break_torque_2_Nm": 7.0 * scale,
+    }
+    effects: list[dict[str, object]] = [
+        {"id": "stiffness_curve", **pieces},
+        {"id": FRICTION, "friction_torque_Nm": friction_Nm, "engagement_angle_arcsec": 30.0},
+    ]
+    if behind:
+        creep = {"id": "creep", "time_constant_s": 10.0}
+        effects += [
+            {"id": "output_torsion", "compliance_arcsec_per_Nm": 20.0 / scale},
+            {**creep, "compliance_arcsec_per_Nm": 6.0 / scale},
+        ]
+    case = {
+        "torsion_spring": {"torsional_stiffness_Nm_per_arcmin": scale},
+        "effect": effects,
+    }
+    rows = cbpt.read_readings(plan, need_preload=False)
+    made = cbpt.simulate(case, rows, seed=seed, u_elastic_angle_arcsec=2.0)
+    return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
+
+
+def test_a_softer_spring_keeps_its_curve_over_the_angle() -> None:
+    """As another modulus makes it. It was a gain of the torque readings, for certain: no number of
+    the spring made all of its curve softer."""
+    tables = in_pieces(1.0, 1), in_pieces(0.92, 2)
+    answer = cbpt.change(SPRING, *tables, effects=[FRICTION, "stiffness_curve"])
+    stiffness = next(c for c in answer.changed if c.effect == "contact_stiffness")
+    assert stiffness.after / stiffness.before == pytest.approx(0.92, abs=0.01)
+    assert stiffness.probability > 0.5
+    assert all(c.probability < 0.5 for c in answer.changed if c is not stiffness)
+
+
+def test_a_stiffness_in_place_of_a_gain_changes_by_as_much() -> None:
+    """All angles are larger by a twelfth, and the curve keeps its places over the torque: of the
+    two, the gain is fitted. The stiffness was told with the values of a worse fit of its own."""
+    after = in_pieces(1.0, 2)
+    after["elastic_angle_arcsec"] = after["elastic_angle_arcsec"] / 0.92
+    answer = cbpt.change(SPRING, in_pieces(1.0, 1), after, effects=[FRICTION, "stiffness_curve"])
+    assert answer.rivals == (("contact_stiffness", "sensor_gain"),)
+    stiffness, gain = answer.changed
+    assert stiffness.after / stiffness.before == pytest.approx(0.92, abs=0.01)
+    assert gain.before / gain.after == pytest.approx(stiffness.after / stiffness.before, rel=1e-9)
+    # By a twelfth of a scale that is itself known to 1.3 %.
+    assert (stiffness.before - stiffness.after) / stiffness.apart == pytest.approx(0.0011, rel=0.1)
+
+
+def test_another_modulus_of_all_members_is_no_gain_of_the_torque() -> None:
+    """Warm: every member is softer by a twelfth, with its curve over the angle, and friction fell.
+    No reading tells that from a torque cell; it was one for certain, beside a friction that fell by
+    less."""
+    tables = in_pieces(1.0, 1, behind=True), in_pieces(0.92, 2, 0.7, behind=True)
+    effects = [FRICTION, "stiffness_curve", "output_torsion", "creep"]
+    answer = cbpt.change(SPRING, *tables, effects=effects)
+    assert answer.rivals == (("contact_stiffness", "torque_scale"),)
+    found = {c.effect: c for c in answer.changed}
+    assert found["contact_stiffness"].probability == pytest.approx(0.5, abs=0.1)
+    for effect, ratio in (("contact_stiffness", 0.92), (FRICTION, 0.7)):
+        assert found[effect].after / found[effect].before == pytest.approx(ratio, abs=0.01)
+
+
 def test_one_of_a_group_that_is_told_is_not_said_to_be_too_small(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -18,12 +18,15 @@ import numpy as np
 
 from cbpt.lab.change.counting import doubts_of
 from cbpt.lab.change.parties import Levels
-from cbpt.lab.change.posterior import Choice, Group, Weighed, groups_of
+from cbpt.lab.change.posterior import OF_SPRINGS, Choice, Group, Weighed, groups_of, twin_of
 from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchanged
 from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
 from cbpt.lab.selection.rules import RULES
+
+_FRICTIONS = "friction_torque_Nm", "friction_radius_m"
+"""Sizes that are a torque, or one for each newton of the preload."""
 
 
 def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
@@ -65,13 +68,14 @@ def _of_effect(c: Changed, every: Sequence[Changed]) -> Changed:
 
 def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]) -> Changed:
     """One parameter at every level; of its group. doubts: factors of the uncertainties."""
-    best, levels = choice.fit, choice.levels
+    levels = choice.levels
     unknown, name = levels.fits[0].unknowns[place], _name(levels, place)
+    best = _in_terms_of(choice, unknown.name.partition(".")[0])
     levels_k = range(len(levels.fits))
     pairs = [_si(levels, best.value(k, place), place) for k in levels_k]
     values, fitted_u = (tuple(column) for column in zip(*pairs, strict=True))
     all_u = tuple(u * doubt for u, doubt in zip(fitted_u, doubts, strict=True))
-    limits = tuple(_limit(choice, k, place) for k in levels_k)
+    limits = tuple(_limit(choice, best, k, place) for k in levels_k)
     u = tuple(None if limit else known for known, limit in zip(all_u, limits, strict=True))
     may_vanish = unknown.size_of >= 0 and "." in unknown.name
     apart = [
@@ -93,7 +97,7 @@ def _of_place(choice: Choice, place: int, chance: float, doubts: Sequence[float]
         limits=limits,
         trend=trend_of(apart, len(values)),
         is_shape=_is_shape(levels, place),
-        apart=max(map(abs, apart)),
+        apart=float(max(map(abs, apart))),
     )
 
 
@@ -103,9 +107,39 @@ def _is_shape(levels: Levels, place: int) -> bool:
     return any(name == s.name for v in levels.variants if v.effect == effect for s in v.shapes)
 
 
-def _limit(choice: Choice, level: int, place: int) -> Limit | None:
+def _in_terms_of(choice: Choice, effect: str) -> Shared:
+    """The fit of a choice; where it stands for that of a twin, with what the instrument multiplies
+    left to a number of an effect, which divides it: the stiffness, or a torque of friction."""
+    fit, instrument, unknowns = choice.fit, choice.stands_for, choice.levels.fits[0].unknowns
+    number = effect == twin_of(instrument)
+    names = {effect} if number else {f"{effect}.{size}" for size in _FRICTIONS}
+    if not instrument or not (number or instrument in OF_SPRINGS):
+        return fit
+    place = next((i for i, u in enumerate(unknowns) if u.name in names), None)
+    if place is None:
+        return fit
+    at = next(i for i, u in enumerate(unknowns) if u.name == instrument)
+    slots, x, by = fit.slots.copy(), fit.x.copy(), np.eye(len(fit.x))
+    bounds = fit.bounds[0].copy(), fit.bounds[1].copy()
+    first = fit.slots[0]
+    for row in slots[1:]:
+        gain, of = row[at], row[place]
+        slot = gain if number else of
+        ratio = fit.x[first[at]] / fit.x[gain]
+        x[slot] = fit.x[of] * ratio
+        by[slot] = 0.0
+        by[slot, of] = ratio
+        by[slot, gain] = -x[slot] / fit.x[gain]
+        by[slot, first[at]] = x[slot] / fit.x[first[at]]
+        for bound in bounds:
+            bound[slot] = bound[of]
+        row[place] = slot
+    return replace(fit, slots=slots, x=x, covariance=by @ fit.covariance @ by.T, bounds=bounds)
+
+
+def _limit(choice: Choice, fit: Shared, level: int, place: int) -> Limit | None:
     """The limit that a value ends at. That an effect does nothing is no limit."""
-    bound = choice.fit.limit(level, place)
+    bound = fit.limit(level, place)
     if bound is None:
         return None
     levels = choice.levels
@@ -113,7 +147,7 @@ def _limit(choice: Choice, level: int, place: int) -> Limit | None:
     size, neutral = bound * unknown.unit, float(model.neutral[unknown.index])
     if not unknown.log and abs(size - neutral) <= 1e-6 * unknown.unit:
         return None
-    if bound == choice.fit.bounds[0][choice.fit.slots[level, place]]:
+    if bound == fit.bounds[0][fit.slots[level, place]]:
         return "lower"
     if unknown.name == PLAY:
         allowed = min(play_allowed_rad(party.problem.campaign) for party in levels.parties)
@@ -190,17 +224,18 @@ def _apart(levels: Levels, place: int) -> list[float]:
 def differs(choice: Choice, effect: str) -> bool:
     """Whether the numbers of an effect differ between two levels, all together, by more than chance
     lets one do by twice its uncertainty: a size and a time constant may each be hardly known, and
-    what they do together well. A fit that stands for that of a twin does not show it."""
+    what they do together well."""
     from scipy.special import chdtrc
 
     group = next(g for g in groups_of(choice.levels) if g.effect == effect)
-    # Of a fit that stands for a twin's, another number has values of its own.
-    own = sorted(choice.fit.separate & set(group.unknowns)) or group.unknowns
+    fit = _in_terms_of(choice, effect)
+    # Of a fit that stands for a twin's, the number has no values of its own but those.
+    own = sorted(fit.separate & set(group.unknowns)) or group.unknowns
     chances = [
         float(chdtrc(len(off), off @ np.linalg.pinv(covariance) @ off))
-        for off, covariance in choice.fit.differences(own)
+        for off, covariance in fit.differences(own)
     ]
-    return choice.stands_for or min(chances) < float(chdtrc(1, 2.0**2))
+    return min(chances) < float(chdtrc(1, 2.0**2))
 
 
 def _differences(fit: Shared, place: int) -> Iterator[tuple[float, float]]:

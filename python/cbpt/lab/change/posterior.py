@@ -26,7 +26,7 @@ from cbpt.lab.change.parties import Levels
 from cbpt.lab.change.progress import untold
 from cbpt.lab.change.shared import Shared, Until, fit_shared, foreseen
 from cbpt.lab.inference.crew import side_by_side
-from cbpt.lab.model.priors import CLASSES, PRIORS, TWINS
+from cbpt.lab.model.priors import CLASSES, FRICTIONS, PRIORS, TWINS
 from cbpt.lab.model.priors import ODDS as THERE
 from cbpt.lab.selection.competition import Progress
 from cbpt.lab.selection.posterior import Posterior, spoken_of
@@ -49,6 +49,10 @@ _TWINS = {
     if len(others) == 1 and CLASSES[one] == "rig" and TWINS[others[0]] == [one]
 }
 """Instruments that have one twin, a number of the drive that has no other."""
+
+OF_SPRINGS = {"torque_scale": "contact_stiffness"}
+"""The same of a torsion spring whose frictions changed too, and all else is elastic: what
+multiplies every torque at an angle is the gain of the torque, or the modulus of all members."""
 
 
 @dataclass(frozen=True)
@@ -100,20 +104,20 @@ class Choice:
     fit: Shared
     log_odds: float
     probability: float = 0.0
-    stands_for: bool = False
-    """Whether the fit is that of a twin, which the readings follow in the same way."""
+    stands_for: str = ""
+    """The instrument whose fit it is, where that stands for the same of its twin, which the
+    readings follow in the same way."""
     loose: frozenset[int] = frozenset()
     """Places of gains that change by whatever an instrument may."""
 
-    def own_places(self, effect: str) -> frozenset[int]:
-        """Places of the numbers of an effect that have a value for each level; of a fit that stands
-        for that of a twin, those of the twin."""
+    def places_of(self, effect: str) -> tuple[int, ...]:
+        """Of the numbers of an effect; of one that a fit stands for, of the instrument's."""
         places = {group.effect: group.unknowns for group in groups_of(self.levels)}
-        own = self.fit.separate.intersection(places[effect])
-        if own or not self.stands_for:
-            return own
-        (twin,) = TWINS[effect]
-        return self.fit.separate.intersection(places[twin])
+        return places[self.stands_for if effect == twin_of(self.stands_for) else effect]
+
+    def own_places(self, effect: str) -> frozenset[int]:
+        """Those of them that have a value for each level."""
+        return self.fit.separate.intersection(self.places_of(effect))
 
     def beside(self, effect: str) -> frozenset[int]:
         """Places of what else has a value for each level where this effect keeps one."""
@@ -172,11 +176,8 @@ class Weighed:
         return tuple(choice for choice in self.choices if choice.log_odds > least)
 
     def best_with(self, effect: str) -> Choice:
-        """The most probable one in which it changed; of a twin, the same with its own values."""
-        found = [c for c in self.choices if effect in c.changed]
-        own = [c for c in found if not c.stands_for]
-        same = [c for c in own if c.changed == found[0].changed]
-        return next(iter([*same, *own, *found]))
+        """The most probable one in which it changed."""
+        return next(c for c in self.choices if effect in c.changed)
 
 
 def groups_of(levels: Levels) -> tuple[Group, ...]:
@@ -221,19 +222,35 @@ def _forms(choice: Choice) -> Iterator[Choice]:
 
     A gain of the angle multiplies the whole curve. So does a stiffness, where what is fitted beside
     it comes from the same members, and a stiffness of one member alone does not: one form is as
-    likely as the other.
+    likely as the other. Of a torsion spring that is one over the torque; one over the angle, as
+    another modulus makes it, multiplies every torque but that of friction, as a gain of the torque.
     """
-    known = {group.effect for group in groups_of(choice.levels)}
-    for instrument, number in _TWINS.items():
-        if {instrument, number} <= known and len({instrument, number} & choice.changed) == 1:
-            form = choice.log_odds - float(np.log(2))
-            if number in choice.changed:
-                choice = replace(choice, log_odds=form)
-            else:
-                changed = (choice.changed - {instrument}) | {number}
-                more = float(np.log(ODDS[number] / ODDS[instrument]))
-                yield replace(choice, changed=changed, log_odds=form + more, stands_for=True)
+    known, changed = {group.effect for group in groups_of(choice.levels)}, choice.changed
+    twins = {**_TWINS, **(OF_SPRINGS if _elastic_but_for(choice) else {})}
+    twins = {one: number for one, number in twins.items() if {one, number} <= known}
+    for instrument, number in twins.items():
+        forms = 1 + sum(number == other for other in twins.values())
+        if instrument in changed and number not in changed:
+            more = float(np.log(ODDS[number] / ODDS[instrument] / forms))
+            odds = choice.log_odds + more
+            of_twin = (changed - {instrument}) | {number}
+            yield replace(choice, changed=of_twin, log_odds=odds, stands_for=instrument)
+    for number in set(twins.values()) & changed:
+        forms = 1 + sum(number == other and one not in changed for one, other in twins.items())
+        choice = replace(choice, log_odds=choice.log_odds - float(np.log(forms)))
     yield choice
+
+
+def twin_of(instrument: str) -> str:
+    """The number of the drive that has its place; empty where there is none."""
+    return _TWINS.get(instrument, OF_SPRINGS.get(instrument, ""))
+
+
+def _elastic_but_for(choice: Choice) -> bool:
+    """Whether all but what changed of a torsion spring is elastic."""
+    party = choice.levels.parties[0]
+    frictions = FRICTIONS.intersection(v.effect for v in choice.levels.variants)
+    return party.problem.campaign.drive.kind == "torsion_spring" and frictions <= choice.changed
 
 
 def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:

@@ -193,8 +193,7 @@ def with_values_of(choice: Choice, effect: str, level: int, other: int) -> Float
 
 def places_of(choice: Choice, effect: str) -> NDArray[np.int64]:
     """Where the numbers of an effect stand among the values of a point."""
-    group = next(g for g in groups_of(choice.levels) if g.effect == effect)
-    return np.asarray(choice.levels.parties[0].problem.index[list(group.unknowns)])
+    return np.asarray(choice.levels.parties[0].problem.index[list(choice.places_of(effect))])
 
 
 def excludes(choice: Choice, effect: str, level: int, other: int) -> bool:

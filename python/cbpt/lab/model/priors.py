@@ -559,5 +559,11 @@ contacts and bearings (docs/explanation/trial-notes.md).
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
 """`rig`, `parameter` or `effect`, by effect."""
+FRICTIONS = frozenset(
+    spec.id
+    for spec in effect_specs()
+    if any(number.name == "friction_torque_Nm" for number in spec.parameters)
+)
+"""Effects that hold a torque back."""
 TWINS: dict[str, list[str]] = {spec.id: spec.twins for spec in effect_specs()}
 """Effects that look like an effect, by effect."""
