@@ -6,8 +6,9 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
 use crate::real::Real;
 
-/// Parameters whose derivatives are carried along together.
-pub const WIDTH: usize = 16;
+/// Parameters whose derivatives are carried along together. With its value a number takes 120 bytes: copies of more than 128
+/// are calls, where no wider registers can be taken for granted.
+pub const WIDTH: usize = 14;
 
 /// A value and its partial derivatives.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
