@@ -142,6 +142,23 @@ def test_another_modulus_of_all_members_is_no_gain_of_the_torque() -> None:
         assert found[effect].after / found[effect].before == pytest.approx(ratio, abs=0.01)
 
 
+def test_a_stiffness_and_a_friction_that_fell_by_one_share_are_told_beside_the_gain() -> None:
+    """Warm: both fell by an eighth. No reading tells that from a torque cell, which was told alone,
+    for certain, with both unchanged."""
+    tables = loops(), loops(0.88, 0.88, seed=2)
+    answer = cbpt.change(SPRING, *tables, effects=[FRICTION])
+    assert answer.rivals == (("contact_stiffness", "torque_scale"),)
+    found = {c.effect: c for c in answer.changed}
+    assert set(found) == {"contact_stiffness", "torque_scale", FRICTION}
+    for effect in ("contact_stiffness", FRICTION):
+        assert found[effect].after / found[effect].before == pytest.approx(0.88, abs=0.01)
+    assert found[FRICTION].along == "contact_stiffness" and FRICTION not in answer.perhaps
+    assert "and, by the same share, friction_hysteresis fell: friction_torque" in answer.sentence
+    assert not {u.effect for u in answer.unchanged} & set(found)
+    written = {c["effect"]: c["along"] for c in answer.to_dict()["verdict"]["changed"]}
+    assert written == {**dict.fromkeys(found), FRICTION: "contact_stiffness"}
+
+
 def test_one_of_a_group_that_is_told_is_not_said_to_be_too_small(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

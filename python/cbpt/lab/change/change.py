@@ -487,7 +487,7 @@ def _told(
 
     def is_told(c: Changed) -> bool:
         """Of a group, those of which numbers moved, alike in all runs, must be certain alone."""
-        group = {c.effect, *c.rivals}
+        group = {c.along or c.effect, *c.rivals}
         alone = not c.rivals or weighed.of_any(group - doubtful) >= RULES.certain
         return alone and not group <= hidden
 

@@ -35,9 +35,13 @@ def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
     rivals = {name: group for group in weighed.rivals for name in group}
     found = []
     for group in weighed.groups:
-        if weighed.changed(group.effect) < RULES.undecided and group.effect not in rivals:
+        along = weighed.along(group.effect)
+        event = along or group.effect
+        if weighed.changed(event) < RULES.undecided and event not in rivals:
             continue
-        others = tuple(e for e in rivals.get(group.effect, ()) if e != group.effect)
+        if weighed.changed(group.effect) <= RULES.likely:
+            continue  # a friction of sets that are improbable
+        others = tuple(e for e in rivals.get(event, ()) if e != event)
         choice = weighed.best_with(group.effect)
         own = next(g for g in groups_of(choice.levels) if g.effect == group.effect)
         doubts = doubts_of(choice.levels, comes_again)
@@ -45,7 +49,8 @@ def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
         for place in own.unknowns:
             unknown = choice.levels.fits[0].unknowns[place]
             chance = weighed.changed(group.effect)
-            changed = replace(_of_place(choice, place, chance, doubts), rivals=others)
+            changed = _of_place(choice, place, chance, doubts)
+            changed = replace(changed, rivals=others, along=along or None)
             if unknown.size_of >= 0 or "." not in unknown.name or changed.moved:
                 told.append(changed)
         found += [_of_effect(changed, told) for changed in told]
@@ -119,22 +124,22 @@ def _in_terms_of(choice: Choice, effect: str) -> Shared:
     if place is None:
         return fit
     at = next(i for i, u in enumerate(unknowns) if u.name == instrument)
-    slots, x, by = fit.slots.copy(), fit.x.copy(), np.eye(len(fit.x))
-    bounds = fit.bounds[0].copy(), fit.bounds[1].copy()
+    slots, count = fit.slots.copy(), len(fit.x)
+    x, by, like = list(fit.x), [*np.eye(count)], list(range(count))
     first = fit.slots[0]
     for row in slots[1:]:
-        gain, of = row[at], row[place]
-        slot = gain if number else of
-        ratio = fit.x[first[at]] / fit.x[gain]
-        x[slot] = fit.x[of] * ratio
-        by[slot] = 0.0
-        by[slot, of] = ratio
-        by[slot, gain] = -x[slot] / fit.x[gain]
-        by[slot, first[at]] = x[slot] / fit.x[first[at]]
-        for bound in bounds:
-            bound[slot] = bound[of]
-        row[place] = slot
-    return replace(fit, slots=slots, x=x, covariance=by @ fit.covariance @ by.T, bounds=bounds)
+        of, gain, ratio = row[place], row[at], fit.x[first[at]] / fit.x[row[at]]
+        slope = np.zeros(count)
+        slope[of] = ratio
+        slope[gain] -= fit.x[of] * ratio / fit.x[gain]
+        slope[first[at]] += fit.x[of] / fit.x[gain]
+        row[place] = len(x)
+        x.append(fit.x[of] * ratio)
+        by.append(slope)
+        like.append(of)
+    covariance = np.array(by) @ fit.covariance @ np.array(by).T
+    bounds = fit.bounds[0][like], fit.bounds[1][like]
+    return replace(fit, slots=slots, x=np.array(x), covariance=covariance, bounds=bounds)
 
 
 def _limit(choice: Choice, fit: Shared, level: int, place: int) -> Limit | None:

@@ -51,8 +51,8 @@ _TWINS = {
 """Instruments that have one twin, a number of the drive that has no other."""
 
 OF_SPRINGS = {"torque_scale": "contact_stiffness"}
-"""The same of a torsion spring whose frictions changed too, and all else is elastic: what
-multiplies every torque at an angle is the gain of the torque, or the modulus of all members."""
+"""The same of a torsion spring, with its frictions: what multiplies every torque at an angle is the
+gain of the torque, or what all of them share."""
 
 
 @dataclass(frozen=True)
@@ -107,13 +107,18 @@ class Choice:
     stands_for: str = ""
     """The instrument whose fit it is, where that stands for the same of its twin, which the
     readings follow in the same way."""
+    along: frozenset[str] = frozenset()
+    """What then changed by the same share as the twin, in one event: frictions with a stiffness."""
     loose: frozenset[int] = frozenset()
     """Places of gains that change by whatever an instrument may."""
 
     def places_of(self, effect: str) -> tuple[int, ...]:
-        """Of the numbers of an effect; of one that a fit stands for, of the instrument's."""
+        """Of the numbers of an effect; of one that changed by what an instrument has in its place,
+        of the instrument's."""
         places = {group.effect: group.unknowns for group in groups_of(self.levels)}
-        return places[self.stands_for if effect == twin_of(self.stands_for) else effect]
+        own = places[effect]
+        apart = effect in self.changed and self.stands_for and self.fit.separate.isdisjoint(own)
+        return places[self.stands_for] if apart else own
 
     def own_places(self, effect: str) -> frozenset[int]:
         """Those of them that have a value for each level."""
@@ -141,6 +146,12 @@ class Weighed:
         """Probability that it changed."""
         return self._together(c for c in self.choices if effect in c.changed)
 
+    def along(self, effect: str) -> str:
+        """The number that a friction changed with, in one event, if it changed; empty where it
+        rather changed by itself."""
+        by = self._together(c for c in self.choices if effect in c.along)
+        return twin_of(self.best_with(effect).stands_for) if by > 0.5 * self.changed(effect) else ""
+
     def of_any(self, effects: Collection[str]) -> float:
         """Probability that one or more of some effects changed."""
         return self._together(c for c in self.choices if not c.changed.isdisjoint(effects))
@@ -166,7 +177,7 @@ class Weighed:
         by the same rules."""
         sets: dict[tuple[str, ...], float] = {}
         for c in self.choices:
-            names = tuple(sorted(c.changed))
+            names = tuple(sorted(c.changed - c.along))
             sets[names] = sets.get(names, 0.0) + c.probability
         return spoken_of(Posterior(sets), RULES).rivals
 
@@ -222,19 +233,22 @@ def _forms(choice: Choice) -> Iterator[Choice]:
 
     A gain of the angle multiplies the whole curve. So does a stiffness, where what is fitted beside
     it comes from the same members, and a stiffness of one member alone does not: one form is as
-    likely as the other. Of a torsion spring that is one over the torque; one over the angle, as
-    another modulus makes it, multiplies every torque but that of friction, as a gain of the torque.
+    likely as the other. A gain of the torque multiplies every torque: of a torsion spring, those of
+    its curve at each angle, as another modulus does, and those of friction. What made both fall by
+    one share, as warmth may, is one event, and no less likely than a stiffness alone.
     """
     known, changed = {group.effect for group in groups_of(choice.levels)}, choice.changed
-    twins = {**_TWINS, **(OF_SPRINGS if _elastic_but_for(choice) else {})}
+    is_spring = choice.levels.parties[0].problem.campaign.drive.kind == "torsion_spring"
+    twins = {**_TWINS, **(OF_SPRINGS if is_spring else {})}
     twins = {one: number for one, number in twins.items() if {one, number} <= known}
     for instrument, number in twins.items():
         forms = 1 + sum(number == other for other in twins.values())
         if instrument in changed and number not in changed:
             more = float(np.log(ODDS[number] / ODDS[instrument] / forms))
             odds = choice.log_odds + more
-            of_twin = (changed - {instrument}) | {number}
-            yield replace(choice, changed=of_twin, log_odds=odds, stands_for=instrument)
+            along = FRICTIONS & known - changed if instrument in OF_SPRINGS else frozenset[str]()
+            twin = replace(choice, log_odds=odds, stands_for=instrument, along=along)
+            yield replace(twin, changed=(changed - {instrument}) | {number} | along)
     for number in set(twins.values()) & changed:
         forms = 1 + sum(number == other and one not in changed for one, other in twins.items())
         choice = replace(choice, log_odds=choice.log_odds - float(np.log(forms)))
@@ -244,13 +258,6 @@ def _forms(choice: Choice) -> Iterator[Choice]:
 def twin_of(instrument: str) -> str:
     """The number of the drive that has its place; empty where there is none."""
     return _TWINS.get(instrument, OF_SPRINGS.get(instrument, ""))
-
-
-def _elastic_but_for(choice: Choice) -> bool:
-    """Whether all but what changed of a torsion spring is elastic."""
-    party = choice.levels.parties[0]
-    frictions = FRICTIONS.intersection(v.effect for v in choice.levels.variants)
-    return party.problem.campaign.drive.kind == "torsion_spring" and frictions <= choice.changed
 
 
 def choices_of(levels: Levels, tell: Progress = untold) -> list[Choice]:

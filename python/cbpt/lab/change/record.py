@@ -55,6 +55,8 @@ class Changed:
     never go the other way, by more than twice their uncertainty."""
     rivals: tuple[str, ...] = ()
     """Others of which one may have changed in its place: the readings do not tell which."""
+    along: str | None = None
+    """Of a friction that changed by the same share as a stiffness, in one event: that."""
     apart: float = 0.0
     """The most by which two values differ, in standard uncertainties of that difference: less than
     by those of the values, where a number that all levels share makes them uncertain together."""
@@ -193,6 +195,7 @@ class ChangeData:
             if RULES.likely <= (chance := self.weighed.changed(g.effect))
             and (chance < RULES.undecided or g.effect in self.hidden)
             and not any(g.effect in group for group in self.rivals)
+            and not any(c.effect == g.effect for c in self.changed if c.along)
         }
 
     @property

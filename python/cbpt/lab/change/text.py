@@ -105,10 +105,11 @@ def _loops_alone(found: ChangeData, angle: AngleUnit, loops: LoopWidths) -> tupl
 
 def _changes(found: ChangeData, angle: AngleUnit) -> str:
     """What changed. What else of an effect moved stands in the document."""
-    told = [_told(found, angle, c) for c in found.foremost if not c.rivals]
-    groups = {tuple(sorted((c.effect, *c.rivals))): c for c in found.foremost if c.rivals}
+    events = [c for c in found.foremost if c.along is None]
+    told = [_event(found, angle, c) for c in events if not c.rivals]
+    groups = {tuple(sorted((c.effect, *c.rivals))): c for c in events if c.rivals}
     for group in groups:
-        each = [_told(found, angle, c) for c in found.foremost if c.effect in group]
+        each = [_event(found, angle, c) for c in events if c.effect in group]
         told.append(
             f"one of these changed, and the readings do not tell which: {'; or '.join(each)}"
         )
@@ -119,6 +120,12 @@ def _changes(found: ChangeData, angle: AngleUnit) -> str:
         )
     text = "; ".join(told) + "."
     return text[0].upper() + text[1:] if text.startswith("one of") else text
+
+
+def _event(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
+    """A change, and what changed by the same share with it."""
+    along = [_told(found, angle, one) for one in found.foremost if one.along == c.effect]
+    return " and, by the same share, ".join([_told(found, angle, c), *along])
 
 
 def _runs(found: ChangeData) -> str:
