@@ -16,9 +16,12 @@ pub static SPEC: Spec = Spec {
     equation: "k -> s k, with one factor s for all pairs; of a torsion spring m -> m/s in its curve and in each stiffness_curve, where m is the torque that the spring carries",
     source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
     tell_tale: "the residual is a constant share of the angle at low torque",
-    parameters: &[Parameter::gain("stiffness_scale", "factor s on the stiffness of every contact")
-        .within(1e-2, 1e2)
-        .likely(0.2, 5.0)],
+    parameters: &[Parameter::gain(
+        "stiffness_scale",
+        "factor s on the stiffness of every contact; of a torsion spring on its torque at each angle",
+    )
+    .within(1e-2, 1e2)
+    .likely(0.2, 5.0)],
     twins: &["sensor_gain"],
     action: Action::Contact(act),
 };

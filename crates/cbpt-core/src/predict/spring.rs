@@ -7,6 +7,7 @@ use crate::effect::dual::values;
 use crate::effect::port::{CURVE_NUMBERS, Contact, PLAY_NUMBERS};
 use crate::effect::{backlash, stiffness_curve};
 use crate::equilibrium::response::Slopes;
+use crate::status::Status;
 use crate::torsion_spring::TorsionSpring;
 
 use super::mesh::{Mesh, Turned};
@@ -33,11 +34,11 @@ impl<'a> Spring<'a> {
 
     /// How far it turns under the torque that it carries.
     pub fn turned(&self, torque_Nm: f64) -> Turned {
-        self.with_plays(self.elastic(torque_Nm), torque_Nm)
+        self.with_plays(self.elastic(torque_Nm).0, torque_Nm)
     }
 
-    /// Without plays.
-    fn elastic(&self, torque_Nm: f64) -> Turned {
+    /// Without plays, and whether its curve says so.
+    fn elastic(&self, torque_Nm: f64) -> (Turned, Status) {
         let at_Nm = torque_Nm / self.scale;
         let twist = self.curve.twist(at_Nm);
         let (mut angle_rad, mut compliance) = (twist.angle_rad, twist.compliance_rad_per_Nm);
@@ -46,7 +47,7 @@ impl<'a> Spring<'a> {
             angle_rad += further;
             compliance += by_torque;
         }
-        Turned { angle_rad, by_torque: compliance / self.scale }
+        (Turned { angle_rad, by_torque: compliance / self.scale }, twist.status)
     }
 
     fn with_plays(&self, elastic: Turned, torque_Nm: f64) -> Turned {
@@ -61,11 +62,10 @@ impl<'a> Spring<'a> {
 
     /// The spring under the torque that it carries.
     pub fn solve(&self, torque_Nm: f64) -> Mesh {
-        let elastic = self.elastic(torque_Nm);
+        let (elastic, status) = self.elastic(torque_Nm);
         let Turned { angle_rad, by_torque } = self.with_plays(elastic, torque_Nm);
         Mesh {
-            // Of the reading, whatever the scale: it may be fitted.
-            status: self.curve.twist(torque_Nm).status,
+            status,
             angle_rad,
             parts_rad: [angle_rad, 0.0],
             residual: 0.0,

@@ -26,7 +26,7 @@ from cbpt.lab.change.designs import note_on_rates, unlike_design
 from cbpt.lab.change.loop_widths import LoopWidths, widths_of
 from cbpt.lab.change.noise import noise_change
 from cbpt.lab.change.odd_level import odd_level_of
-from cbpt.lab.change.parameters import by_itself, changed_of, differs, held_of, unchanged_of
+from cbpt.lab.change.parameters import Held, by_itself, changed_of, differs, held_of, unchanged_of
 from cbpt.lab.change.parties import EachAlone, Levels, levels_of
 from cbpt.lab.change.posterior import Choice, Search, Weighed, choices_of, in_reach, weigh
 from cbpt.lab.change.progress import part_of, rising, untold
@@ -497,6 +497,15 @@ def _told(
     return told, hidden - {c.effect for c in told}
 
 
+def _not_shown(
+    held: Sequence[Held], changed: Sequence[Changed], names: Sequence[str]
+) -> dict[str, tuple[str, ...]]:
+    """Levels that say nothing of what another one shows, by the effect, unless it is told."""
+    told = {c.effect for c in changed}
+    of = [h for h in held if h.not_shown and h.number.effect not in told]
+    return {h.number.effect: tuple(names[k] for k in h.not_shown) for h in of}
+
+
 def _most_left(answers: Sequence[Diagnosis], rmse_arcsec: Sequence[float]) -> dict[str, Any] | None:
     """The rest of the level where most is left; none of a level is one that the effects of all
     levels follow."""
@@ -531,7 +540,7 @@ def _answer(
     held = held_of(weighed) if kind != "undecided" else []
     # What the effects do not follow may hide a change of any number, or take its place.
     told = unchanged_of(weighed, held) if not rest.not_followed_arcsec else []
-    not_shown = {h.number.effect: tuple(names[k] for k in h.not_shown) for h in held if h.not_shown}
+    not_shown = _not_shown(held, changed, names)
     noise = noise_change(tables, levels.fits)
     odd_level = odd_level_of(levels, noise.u_arcsec) if kind == "nothing" else None
     differs = rest.differs_arcsec if kind == "nothing" else None

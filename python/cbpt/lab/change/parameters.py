@@ -23,6 +23,7 @@ from cbpt.lab.change.record import ByItself, Changed, Direction, Limit, Unchange
 from cbpt.lab.change.shared import Shared, fit_shared
 from cbpt.lab.inference.estimates import unit_of
 from cbpt.lab.model.own_loops import PLAY, play_allowed_rad
+from cbpt.lab.model.priors import CLASSES
 from cbpt.lab.selection.rules import RULES
 
 _FRICTIONS = "friction_torque_Nm", "friction_radius_m"
@@ -39,8 +40,6 @@ def changed_of(weighed: Weighed, comes_again: Sequence[bool]) -> list[Changed]:
         event = along or group.effect
         if weighed.changed(event) < RULES.undecided and event not in rivals:
             continue
-        if weighed.changed(group.effect) <= RULES.likely:
-            continue  # a friction of sets that are improbable
         others = tuple(e for e in rivals.get(event, ()) if e != event)
         choice = weighed.best_with(group.effect)
         own = next(g for g in groups_of(choice.levels) if g.effect == group.effect)
@@ -125,7 +124,8 @@ def _in_terms_of(choice: Choice, effect: str) -> Shared:
         return fit
     at = next(i for i, u in enumerate(unknowns) if u.name == instrument)
     slots, count = fit.slots.copy(), len(fit.x)
-    x, by, like = list(fit.x), [*np.eye(count)], list(range(count))
+    x, by = list(fit.x), [*np.eye(count)]
+    low, high = (list(bound) for bound in fit.bounds)
     first = fit.slots[0]
     for row in slots[1:]:
         of, gain, ratio = row[place], row[at], fit.x[first[at]] / fit.x[row[at]]
@@ -136,9 +136,10 @@ def _in_terms_of(choice: Choice, effect: str) -> Shared:
         row[place] = len(x)
         x.append(fit.x[of] * ratio)
         by.append(slope)
-        like.append(of)
+        low.append(fit.bounds[0][of] * ratio)
+        high.append(fit.bounds[1][of] * ratio)
     covariance = np.array(by) @ fit.covariance @ np.array(by).T
-    bounds = fit.bounds[0][like], fit.bounds[1][like]
+    bounds = np.array(low), np.array(high)
     return replace(fit, slots=slots, x=np.array(x), covariance=covariance, bounds=bounds)
 
 
@@ -259,7 +260,18 @@ def unchanged_of(weighed: Weighed, held: Sequence[Held]) -> list[Unchanged]:
         if weighed.changed(h.number.effect) <= RULES.likely
         and h.number.effect not in rivals
         and not h.not_shown
+        and not _in_place_of_a_gain(weighed, h.number)
     ]
+
+
+def _in_place_of_a_gain(weighed: Weighed, number: Unchanged) -> bool:
+    """Whether a size of the reducer changed too, where the stiffness of all members did in place of
+    a gain: of the angle, what is an angle; of the torque, what is one for each newton metre."""
+    if CLASSES.get(number.effect) != "effect" or number.effect == "stiffness_curve":
+        return False  # a curve keeps its numbers over the factor of the stiffness
+    of_angle, of_torque = "rad" in number.unit, "N m" in number.unit
+    torque, angle = (weighed.stood_for(gain) for gain in ("torque_scale", "sensor_gain"))
+    return (torque and of_torque) or (angle and of_angle)
 
 
 def by_itself(levels: Levels, comes_again: Sequence[bool]) -> list[ByItself]:

@@ -147,10 +147,18 @@ class Weighed:
         return self._together(c for c in self.choices if effect in c.changed)
 
     def along(self, effect: str) -> str:
-        """The number that a friction changed with, in one event, if it changed; empty where it
-        rather changed by itself."""
+        """The number with which a friction changed in one event, in the most probable choice where
+        that did; empty where it rather changed by itself."""
         by = self._together(c for c in self.choices if effect in c.along)
-        return twin_of(self.best_with(effect).stands_for) if by > 0.5 * self.changed(effect) else ""
+        for number in set(OF_SPRINGS.values()) if by > 0.5 * self.changed(effect) else ():
+            if self.changed(number) > 0 and effect in self.best_with(number).along:
+                return number
+        return ""
+
+    def stood_for(self, instrument: str) -> bool:
+        """Whether a number may have changed in place of an instrument, as likely as not."""
+        by = self._together(c for c in self.choices if c.stands_for == instrument)
+        return by > RULES.likely
 
     def of_any(self, effects: Collection[str]) -> float:
         """Probability that one or more of some effects changed."""
@@ -242,7 +250,8 @@ def _forms(choice: Choice) -> Iterator[Choice]:
     twins = {**_TWINS, **(OF_SPRINGS if is_spring else {})}
     twins = {one: number for one, number in twins.items() if {one, number} <= known}
     for instrument, number in twins.items():
-        forms = 1 + sum(number == other for other in twins.values())
+        others = changed - {instrument}
+        forms = 1 + sum(number == other and one not in others for one, other in twins.items())
         if instrument in changed and number not in changed:
             more = float(np.log(ODDS[number] / ODDS[instrument] / forms))
             odds = choice.log_odds + more

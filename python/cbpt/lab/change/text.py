@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
 from cbpt.lab.wording.numbers import (
@@ -106,7 +107,11 @@ def _loops_alone(found: ChangeData, angle: AngleUnit, loops: LoopWidths) -> tupl
 def _changes(found: ChangeData, angle: AngleUnit) -> str:
     """What changed. What else of an effect moved stands in the document."""
     events = [c for c in found.foremost if c.along is None]
-    told = [_event(found, angle, c) for c in events if not c.rivals]
+    alone = sorted((c for c in events if not c.rivals), key=lambda c: c.probability < RULES.certain)
+    told = [
+        f"{'' if c.probability >= RULES.certain else 'probably '}{_event(found, angle, c)}"
+        for c in alone
+    ]
     groups = {tuple(sorted((c.effect, *c.rivals))): c for c in events if c.rivals}
     for group in groups:
         each = [_event(found, angle, c) for c in events if c.effect in group]
@@ -119,7 +124,7 @@ def _changes(found: ChangeData, angle: AngleUnit) -> str:
             f"of {listed(found.weighed.likely, 'or')}.{_loops_differ(found, angle)}"
         )
     text = "; ".join(told) + "."
-    return text[0].upper() + text[1:] if text.startswith("one of") else text
+    return text[0].upper() + text[1:] if text.startswith(("one of", "probably")) else text
 
 
 def _event(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
@@ -177,8 +182,8 @@ def _hidden(found: ChangeData, angle: AngleUnit) -> str:
     # Of one effect among several; of all together the angles have to move by more than the rest.
     least = found.told_from_arcsec if found.kind == "changed" else found.not_followed_arcsec
     size = (
-        f" Beside this rest no change can be told that moves the angles by less than "
-        f"{angle.text(least)} (rms) beyond what other numbers make up for; fitted numbers may "
+        f" It hides any change that moves the angles by less than {angle.text(least)} (rms), once "
+        f"all other numbers are fitted again; what is fitted to each {_one(found)} alone may "
         "differ all the same."
     )
     return f"{rest}{size}{also}{runs}{loops}{_by_itself(found, angle)}"
