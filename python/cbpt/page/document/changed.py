@@ -65,7 +65,7 @@ def _changed(c: Changed) -> ChangedNumber:
     first, *_, last = c.limits
     return {
         "effect": c.effect,
-        "number": number,
+        "number": f"{number}, by the same share as {c.along}" if c.along else number,
         "before": limited(before, first),
         "after": limited(after, last),
         "direction": c.direction,
