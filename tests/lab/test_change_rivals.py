@@ -119,7 +119,7 @@ def test_a_friction_is_told_with_a_stiffness_only_in_its_likeliest_choice() -> N
     answer = cbpt.change(SPRING, *tables, effects=[FRICTION, "stiffness_curve"])
     assert "contact_stiffness" in {c.effect for c in answer.changed}
     assert FRICTION not in {c.effect for c in answer.changed}
-    assert "by the same share" not in answer.sentence
+    assert "together with" not in answer.sentence
 
 
 def test_a_stiffness_in_place_of_a_gain_changes_by_as_much() -> None:
@@ -163,7 +163,8 @@ def test_a_stiffness_and_a_friction_that_fell_by_one_share_are_told_beside_the_g
     for effect in ("contact_stiffness", FRICTION):
         assert found[effect].after / found[effect].before == pytest.approx(0.88, abs=0.01)
     assert found[FRICTION].along == "contact_stiffness" and FRICTION not in answer.perhaps
-    assert "and, by the same share, friction_hysteresis fell: friction_torque" in answer.sentence
+    assert ", together with friction_hysteresis fell: friction_torque" in answer.sentence
+    assert " that they changed, by the same share); or torque_scale rose: " in answer.sentence
     assert not {u.effect for u in answer.unchanged} & set(found)
     written = {c["effect"]: c["along"] for c in answer.to_dict()["verdict"]["changed"]}
     assert written == {**dict.fromkeys(found), FRICTION: "contact_stiffness"}
@@ -196,14 +197,14 @@ def test_a_zero_of_the_torque_is_no_change_of_the_reducer() -> None:
     assert answer.changed[0].direction == "new" and answer.changed[0].probability > 0.95
 
 
-def test_what_is_not_certain_is_told_as_probable_and_last() -> None:
+def test_what_is_not_certain_is_told_as_possible_and_last() -> None:
     """It stood as flatly beside what is certain, and "cannot be told" beside it."""
     answer = found(loops(), loops(1.3, seed=2))
     [friction] = answer.changed
     play = replace(friction, effect="backlash", parameter="play_rad", unit="rad", probability=0.6)
     both = replace(answer, changed=(play, friction)).sentence
-    assert both.startswith("friction_hysteresis rose: ") and "; probably backlash rose: " in both
-    assert replace(answer, changed=(play,)).sentence.startswith("Probably backlash rose: ")
+    assert both.startswith("friction_hysteresis rose: ") and "; possibly backlash rose: " in both
+    assert replace(answer, changed=(play,)).sentence.startswith("Possibly backlash rose: ")
 
 
 def test_a_friction_that_rises_keeps_the_angle_over_which_it_builds_up() -> None:
@@ -289,7 +290,7 @@ def test_a_difference_known_better_than_both_values_is_told() -> None:
     c = replace(c, u_before=2.2, u_after=2.2, u=(2.2, 2.2), apart=8.0)
     one = replace(found(loops(1.0), loops(1.5, seed=2)), changed=(c,))
     told = _told(one, ARCSEC, c)
-    assert "from 1.0 +- 2.2 to 1.8 +- 2.2 (by 0.80 +- 0.10) (probability 0.99" in told
+    assert "from 1.0 +- 2.2 to 1.8 +- 2.2 (by 0.80 +- 0.10)" in told
     clear = changed_from(1.0, 1.8, None, None)
     assert " (by " not in _told(replace(one, changed=(clear,)), ARCSEC, clear)
 

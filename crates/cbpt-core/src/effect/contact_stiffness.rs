@@ -13,7 +13,7 @@ pub static SPEC: Spec = Spec {
     class: Class::Parameter,
     port: Port::Contact,
     reducers: Reducers::All,
-    equation: "k -> s k, with one factor s for all pairs; of a torsion spring m -> m/s in its curve and in each stiffness_curve, where m is the torque that the spring carries",
+    equation: "k -> s k, with one factor s for all pairs; a torsion spring takes s times the torque for each angle: alpha(m) -> alpha(m/s), its own curve and each stiffness_curve, where m is the torque behind friction",
     source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
     tell_tale: "the residual is a constant share of the angle at low torque",
     parameters: &[Parameter::gain(

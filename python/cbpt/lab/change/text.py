@@ -109,7 +109,7 @@ def _changes(found: ChangeData, angle: AngleUnit) -> str:
     events = [c for c in found.foremost if c.along is None]
     alone = sorted((c for c in events if not c.rivals), key=lambda c: c.probability < RULES.certain)
     told = [
-        f"{'' if c.probability >= RULES.certain else 'probably '}{_event(found, angle, c)}"
+        f"{'' if c.probability >= RULES.certain else 'possibly '}{_event(found, angle, c)}"
         for c in alone
     ]
     groups = {tuple(sorted((c.effect, *c.rivals))): c for c in events if c.rivals}
@@ -124,13 +124,15 @@ def _changes(found: ChangeData, angle: AngleUnit) -> str:
             f"of {listed(found.weighed.likely, 'or')}.{_loops_differ(found, angle)}"
         )
     text = "; ".join(told) + "."
-    return text[0].upper() + text[1:] if text.startswith(("one of", "probably")) else text
+    return text[0].upper() + text[1:] if text.startswith(("one of", "possibly")) else text
 
 
 def _event(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
-    """A change, and what changed by the same share with it."""
-    along = [_told(found, angle, one) for one in found.foremost if one.along == c.effect]
-    return " and, by the same share, ".join([_told(found, angle, c), *along])
+    """A change with its probability, and what changed by the same share with it."""
+    along = [one for one in found.foremost if one.along == c.effect]
+    told = ", together with ".join(_told(found, angle, one) for one in (c, *along))
+    whose = "they changed, by the same share" if along else "it changed"
+    return f"{told} ({_sure(c.probability)} that {whose})"
 
 
 def _runs(found: ChangeData) -> str:
@@ -236,18 +238,15 @@ def _told(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
     """Of the foremost number of an effect, and of others that moved about as surely."""
     told = [one for one in found.told_of(c.effect) if one.moved]
     phrases = [_moved(found, angle, one) for one in told]
-    chance = f"({_sure(c.probability)} that it changed)"
     if not phrases or None in phrases:
-        return (
-            f"{c.effect} changed, but no number of it by more than twice its uncertainty {chance}"
-        )
+        return f"{c.effect} changed, but no number of it by more than twice its uncertainty"
     ways = [phrase for phrase in phrases if phrase is not None]
     if len(ways) > 1 or (c.is_shape and c.trend != "neither"):
         # Another transition torque is no less play.
-        return f"{c.effect} changed: {'; '.join(way.alone for way in ways)} {chance}"
+        return f"{c.effect} changed: {'; '.join(way.alone for way in ways)}"
     (moved,) = ways
     how = f"changed, {moved.way}" if c.trend == "neither" else moved.way
-    return f"{c.effect} {how}: {moved.label} {moved.values} {chance}"
+    return f"{c.effect} {how}: {moved.label} {moved.values}"
 
 
 class _Moved(NamedTuple):
