@@ -103,23 +103,20 @@ def in_pieces(
     return plan | {"elastic_angle_arcsec": np.array(made.elastic_angle_arcsec)}
 
 
-def test_a_softer_spring_keeps_its_curve_over_the_angle() -> None:
-    """As another modulus makes it. It was a gain of the torque readings, for certain: no number of
-    the spring made all of its curve softer."""
-    tables = in_pieces(1.0, 1), in_pieces(0.92, 2)
-    answer = cbpt.change(SPRING, *tables, effects=[FRICTION, "stiffness_curve"])
-    [stiffness] = answer.changed
-    assert stiffness.effect == "contact_stiffness" and stiffness.probability > 0.9
-    assert stiffness.after / stiffness.before == pytest.approx(0.92, abs=0.01)
-
-
-def test_a_friction_is_told_with_a_stiffness_only_in_its_likeliest_choice() -> None:
-    """A small friction that stayed may have fallen by the same share, at 0.1, by another fit."""
-    tables = in_pieces(1.0, 1, friction_Nm=0.02), in_pieces(0.92, 2, friction_Nm=0.02)
-    answer = cbpt.change(SPRING, *tables, effects=[FRICTION, "stiffness_curve"])
-    assert "contact_stiffness" in {c.effect for c in answer.changed}
-    assert FRICTION not in {c.effect for c in answer.changed}
-    assert "together with" not in answer.sentence
+@pytest.mark.parametrize(("alone", "together"), [(0.7, 0.1), (0.1, 0.7)])
+def test_a_friction_is_told_with_a_stiffness_only_in_its_likeliest_choice(
+    alone: float, together: float
+) -> None:
+    """Else a friction at 0.1 stood beside a stiffness that another fit had by itself."""
+    none = cast(Any, None)
+    stiffness = "contact_stiffness"
+    own = Choice(frozenset({stiffness}), none, none, 0.0, alone)
+    both = frozenset({stiffness, FRICTION})
+    for_gain = Choice(both, none, none, 0.0, together, "torque_scale", frozenset({FRICTION}))
+    choices = sorted((own, for_gain), key=lambda c: -c.probability)
+    weighed = Weighed((), tuple(choices))
+    assert weighed.along(FRICTION) == (stiffness if together > alone else "")
+    assert weighed.stood_for("torque_scale") and not weighed.stood_for("sensor_gain")
 
 
 def test_a_stiffness_in_place_of_a_gain_changes_by_as_much() -> None:

@@ -141,7 +141,7 @@ def test_preload_takes_play_and_raises_friction() -> None:
     assert "contact_stiffness" in [p["effect"] for p in verdict["perhaps"]]
     assert "contact_stiffness" not in [u.effect for u in found.unchanged]
     # What could have been told is said with its size, as the fitted numbers of others differ too.
-    size = re.search(r"moves the angles by less than (\d+) arcsec \(rms\) beyond", found.sentence)
+    size = re.search(r"moves the angles by less than (\d+) arcsec \(rms\), once", found.sentence)
     assert size and float(size[1]) == pytest.approx(found.told_from_arcsec, rel=0.01)
     assert 0 < found.told_from_arcsec < found.moves_arcsec["backlash"]
 

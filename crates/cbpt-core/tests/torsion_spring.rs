@@ -152,31 +152,6 @@ fn effects_without_memory_follow_the_closed_form() {
     assert!(found.regime.iter().all(Option::is_none));
 }
 
-/// Another modulus: s times the torque at each angle, stated curve and fitted one together.
-#[test]
-fn a_stiffness_scales_the_torque_at_each_angle() {
-    let torque: Vec<f64> = (0..7).map(|i| 5.0 * f64::from(i)).collect();
-    let angle: Vec<f64> = torque.iter().map(|m| 1e-4 * m + 1e-6 * m * m).collect();
-    let stated = || TorsionSpring::table(&torque, &angle, None).unwrap_or_else(|why| panic!("{why}"));
-    let of = |scale: f64, gain: f64| {
-        let ids = ["contact_stiffness", "torque_scale", "stiffness_curve"];
-        let mut predictor = Predictor::new(stated(), &ids, rows()).unwrap();
-        let mut values = predictor.neutral();
-        value(&predictor, &mut values, "contact_stiffness", "stiffness_scale", scale);
-        value(&predictor, &mut values, "torque_scale", "torque_gain", gain);
-        for (stem, number) in [("added_compliance_1", 2e-4), ("break_torque_1", 5.0)] {
-            value(&predictor, &mut values, "stiffness_curve", stem, number);
-        }
-        predictor.predict(&values, &[]).unwrap()
-    };
-    for (softer, more) in of(0.9, 0.9).angle_rad.iter().zip(of(1.0, 1.0).angle_rad) {
-        assert!((softer - more).abs() < 1e-15, "{softer} {more}");
-    }
-    // A softer spring turns by more than its table states under the largest torque of that.
-    let outside = |scale: f64| of(scale, 1.0).status.contains(&Status::OutsideTable);
-    assert!(outside(0.9) && !outside(1.0) && !outside(1.1));
-}
-
 /// An effect may stand twice, once without a size: its shapes are no matter, even where its sensitivity is wanted.
 #[test]
 fn angles_do_not_depend_on_what_is_wanted() {

@@ -1,7 +1,6 @@
 //! Contact stiffness: one factor scales every stiffness k.
 //!
-//! k -> s k. The factor covers errors of material, conformity and finish; a log-normal prior suits it. Of a torsion spring it is
-//! on the torque at each angle, as another modulus makes it: its curves keep their places over the angle.
+//! k -> s k. The factor covers errors of material, conformity and finish; a log-normal prior suits it.
 
 use super::dual::Dual;
 use super::port::{Action, Contact};
@@ -13,15 +12,12 @@ pub static SPEC: Spec = Spec {
     class: Class::Parameter,
     port: Port::Contact,
     reducers: Reducers::All,
-    equation: "k -> s k, with one factor s for all pairs; a torsion spring takes s times the torque for each angle: alpha(m) -> alpha(m/s), its own curve and each stiffness_curve, where m is the torque behind friction",
+    equation: "k -> s k, with one factor s for all pairs",
     source: "scaling of Hertz's solution: Johnson, Contact Mechanics (1985), section 4.2",
     tell_tale: "the residual is a constant share of the angle at low torque",
-    parameters: &[Parameter::gain(
-        "stiffness_scale",
-        "factor s on the stiffness of every contact; of a torsion spring on its torque at each angle",
-    )
-    .within(1e-2, 1e2)
-    .likely(0.2, 5.0)],
+    parameters: &[Parameter::gain("stiffness_scale", "factor s on the stiffness of every contact")
+        .within(1e-2, 1e2)
+        .likely(0.2, 5.0)],
     twins: &["sensor_gain"],
     action: Action::Contact(act),
 };

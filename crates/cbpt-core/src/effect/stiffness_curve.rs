@@ -1,7 +1,6 @@
 //! A stiffness of a torsion spring that changes with its load otherwise than the case states.
 //!
-//! alpha += a x |x| + b x^3 + c x^2 with x = m/M_r, m the torque that the spring carries, over the factor of `contact_stiffness`: a
-//! factor s moves a break torque from T to s T, as it does the torque at any angle. Negative parts stiffen it; the last one
+//! alpha += a x |x| + b x^3 + c x^2 with x = m/M_r, m the torque that the spring carries. Negative parts stiffen it; the last one
 //! bends both senses differently, as flanks for each sense do. In pieces, as makers of strain-wave gears state it, it is softer
 //! up to two break torques: alpha += c1 m up to |m| = T1 and c2 m up to |m| = T2, and no more beyond, so with the stated stiffness k
 //! 1/K1 = 1/k + c1 + c2, 1/K2 = 1/k + c2 and K3 = k. Behind friction, as `backlash` is.
@@ -17,7 +16,7 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Contact,
     reducers: Reducers::TorsionSprings,
-    equation: "alpha += a x |x| + b x^3 + c x^2, x = m/M_r, where m is the torque that the spring carries, over the factor of contact_stiffness, and M_r the reference torque; in pieces alpha += c1 min(|m|, T1) sgn m + c2 min(|m|, T2) sgn m",
+    equation: "alpha += a x |x| + b x^3 + c x^2, x = m/M_r, where m is the torque that the spring carries and M_r the reference torque; in pieces alpha += c1 min(|m|, T1) sgn m + c2 min(|m|, T2) sgn m",
     source: "stiffness over the load as makers state it in pieces (K1 up to T1, K2 up to T2, K3: catalogues of strain-wave gears), and smooth: first terms of the curve, of which the odd ones are alike under both signs",
     tell_tale: "the residual follows the torque alone, mostly alike under both signs, and bends; without friction or play an angle sensor that bends as much looks the same",
     parameters: &[

@@ -246,8 +246,6 @@ const NOTHING: Dual = Dual::constant(0.0);
 /// What the angle of the meshing points answers to, of that which depends on a seeded parameter.
 struct Answers<'a> {
     contact: Vec<(Answer, Dual)>,
-    /// Of `contact_stiffness`: a spring's curves are those of the torque over it.
-    stiffness_scale: f64,
     stops: Vec<[f64; STOP_NUMBERS]>,
     gaps: &'a [Dual],
 }
@@ -282,8 +280,7 @@ impl<'a> Answers<'a> {
             of_all.extend(own.iter().enumerate().map(|(place, n)| (Answer::Stop(stop, place), *n)));
         }
         of_all.retain(|(_, number)| number.depends());
-        let stops = contact.stops.iter().map(values).collect();
-        Self { contact: of_all, stiffness_scale: scale.value, stops, gaps }
+        Self { contact: of_all, stops: contact.stops.iter().map(values).collect(), gaps }
     }
 
     /// The angle of the meshing points under a load, rad.
@@ -307,9 +304,7 @@ impl<'a> Answers<'a> {
             Answer::ContactAngle => mesh.slopes.contact_angle,
             Answer::Exponent => mesh.slopes.exponent,
             Answer::Play(own, place) => backlash::slopes(&own, mesh.torque_Nm)[place],
-            Answer::Curve(own, place) => {
-                stiffness_curve::slopes(&own, mesh.torque_Nm / self.stiffness_scale)[place]
-            }
+            Answer::Curve(own, place) => stiffness_curve::slopes(&own, mesh.torque_Nm)[place],
             Answer::Stop(stop, place) => {
                 mesh.slopes.torque * self.carried_by(stop, place, mesh.with_stops_Nm)
             }

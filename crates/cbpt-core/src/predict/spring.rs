@@ -1,14 +1,11 @@
-//! A torsion spring in place of meshing points: alpha = f(m/s) + sum of h(m/s) + sum of j t(m), with the curve f, the h of each
-//! `stiffness_curve`, the scale s of `contact_stiffness`, and the share t of the play j that each `backlash` takes up.
-//!
-//! As with contacts, whatever makes the curve: s times the torque at the same angle, which is what another modulus does.
+//! A torsion spring in place of meshing points: alpha = f(m)/s + sum of j t(m) + sum of h(m), with the curve f, the scale s of
+//! `contact_stiffness`, the share t of the play j that each `backlash` takes up, and the h of each `stiffness_curve`.
 
 use crate::effect::dual::values;
 use crate::effect::port::{CURVE_NUMBERS, Contact, PLAY_NUMBERS};
 use crate::effect::{backlash, stiffness_curve};
 use crate::equilibrium::response::Slopes;
-use crate::status::Status;
-use crate::torsion_spring::TorsionSpring;
+use crate::torsion_spring::{TorsionSpring, Twist};
 
 use super::mesh::{Mesh, Turned};
 
@@ -34,26 +31,17 @@ impl<'a> Spring<'a> {
 
     /// How far it turns under the torque that it carries.
     pub fn turned(&self, torque_Nm: f64) -> Turned {
-        self.with_plays(self.elastic(torque_Nm).0, torque_Nm)
+        self.with_effects(self.curve.twist(torque_Nm), torque_Nm)
     }
 
-    /// Without plays, and whether its curve says so.
-    fn elastic(&self, torque_Nm: f64) -> (Turned, Status) {
-        let at_Nm = torque_Nm / self.scale;
-        let twist = self.curve.twist(at_Nm);
-        let (mut angle_rad, mut compliance) = (twist.angle_rad, twist.compliance_rad_per_Nm);
-        for own in &self.curves {
-            let [further, by_torque] = stiffness_curve::turned(own, at_Nm);
-            angle_rad += further;
-            compliance += by_torque;
-        }
-        (Turned { angle_rad, by_torque: compliance / self.scale }, twist.status)
-    }
-
-    fn with_plays(&self, elastic: Turned, torque_Nm: f64) -> Turned {
-        let mut turned = elastic;
-        for own in &self.plays {
-            let [angle_rad, by_torque] = backlash::turned(own, torque_Nm);
+    fn with_effects(&self, twist: Twist, torque_Nm: f64) -> Turned {
+        let mut turned = Turned {
+            angle_rad: twist.angle_rad / self.scale,
+            by_torque: twist.compliance_rad_per_Nm / self.scale,
+        };
+        let plays = self.plays.iter().map(|own| backlash::turned(own, torque_Nm));
+        let curves = self.curves.iter().map(|own| stiffness_curve::turned(own, torque_Nm));
+        for [angle_rad, by_torque] in plays.chain(curves) {
             turned.angle_rad += angle_rad;
             turned.by_torque += by_torque;
         }
@@ -62,16 +50,16 @@ impl<'a> Spring<'a> {
 
     /// The spring under the torque that it carries.
     pub fn solve(&self, torque_Nm: f64) -> Mesh {
-        let (elastic, status) = self.elastic(torque_Nm);
-        let Turned { angle_rad, by_torque } = self.with_plays(elastic, torque_Nm);
+        let twist = self.curve.twist(torque_Nm);
+        let Turned { angle_rad, by_torque } = self.with_effects(twist, torque_Nm);
         Mesh {
-            status,
+            status: twist.status,
             angle_rad,
             parts_rad: [angle_rad, 0.0],
             residual: 0.0,
             slopes: Slopes {
                 torque: by_torque,
-                log_stiffness: -torque_Nm * elastic.by_torque,
+                log_stiffness: -twist.angle_rad / self.scale,
                 ..Slopes::default()
             },
             torque_Nm,

@@ -267,9 +267,11 @@ def unchanged_of(weighed: Weighed, held: Sequence[Held]) -> list[Unchanged]:
 def _in_place_of_a_gain(weighed: Weighed, number: Unchanged) -> bool:
     """Whether a size of the reducer changed too, where the stiffness of all members did in place of
     a gain: of the angle, what is an angle; of the torque, what is one for each newton metre."""
-    if CLASSES.get(number.effect) != "effect" or number.effect == "stiffness_curve":
-        return False  # a curve keeps its numbers over the factor of the stiffness
-    of_angle, of_torque = "rad" in number.unit, "N m" in number.unit
+    if CLASSES.get(number.effect) != "effect":
+        return False
+    of_angle = "rad" in number.unit
+    # A curve is stated at a torque.
+    of_torque = "N m" in number.unit or number.effect == "stiffness_curve"
     torque, angle = (weighed.stood_for(gain) for gain in ("torque_scale", "sensor_gain"))
     return (torque and of_torque) or (angle and of_angle)
 
