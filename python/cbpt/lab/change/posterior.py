@@ -149,14 +149,14 @@ class Weighed:
     def along(self, effect: str) -> str:
         """The number with which a friction changed in one event, in the most probable choice where
         that did; empty where it rather changed by itself."""
-        by = self._together(c for c in self.choices if effect in c.along)
-        for number in set(OF_SPRINGS.values()) if by > 0.5 * self.changed(effect) else ():
-            if self.changed(number) > 0 and effect in self.best_with(number).along:
-                return number
-        return ""
+        together = [c for c in self.choices if effect in c.along]
+        if not self._together(together) > 0.5 * self.changed(effect):
+            return ""
+        number = twin_of(together[0].stands_for)
+        return number if effect in self.best_with(number).along else ""
 
     def stood_for(self, instrument: str) -> bool:
-        """Whether a number may have changed in place of an instrument, as likely as not."""
+        """Whether a number may have changed in place of an instrument."""
         by = self._together(c for c in self.choices if c.stands_for == instrument)
         return by > RULES.likely
 
@@ -249,19 +249,21 @@ def _forms(choice: Choice) -> Iterator[Choice]:
     is_spring = choice.levels.parties[0].problem.campaign.drive.kind == "torsion_spring"
     twins = {**_TWINS, **(OF_SPRINGS if is_spring else {})}
     twins = {one: number for one, number in twins.items() if {one, number} <= known}
+
+    def forms(number: str, beside: frozenset[str]) -> float:
+        """Log of how many forms a change of a number has beside others."""
+        gains = [one for one, other in twins.items() if other == number and one not in beside]
+        return float(np.log(1 + len(gains)))
+
     for instrument, number in twins.items():
-        others = changed - {instrument}
-        forms = 1 + sum(number == other and one not in others for one, other in twins.items())
         if instrument in changed and number not in changed:
-            more = float(np.log(ODDS[number] / ODDS[instrument] / forms))
-            odds = choice.log_odds + more
+            others = changed - {instrument}
+            odds = choice.log_odds + float(np.log(ODDS[number] / ODDS[instrument]))
             along = FRICTIONS & known - changed if instrument in OF_SPRINGS else frozenset[str]()
-            twin = replace(choice, log_odds=odds, stands_for=instrument, along=along)
-            yield replace(twin, changed=(changed - {instrument}) | {number} | along)
-    for number in set(twins.values()) & changed:
-        forms = 1 + sum(number == other and one not in changed for one, other in twins.items())
-        choice = replace(choice, log_odds=choice.log_odds - float(np.log(forms)))
-    yield choice
+            twin = replace(choice, log_odds=odds - forms(number, others), stands_for=instrument)
+            yield replace(twin, changed=others | {number} | along, along=along)
+    fewer = sum(forms(number, changed) for number in set(twins.values()) & changed)
+    yield replace(choice, log_odds=choice.log_odds - fewer)
 
 
 def twin_of(instrument: str) -> str:
