@@ -170,7 +170,14 @@ impl<S: Simd> Contacts<pulp::Scalar> for Blocks<'_, S> {
                 add(simd, &mut sums, [levers[0][v], levers[1][v], levers[2][v]], stiffness[v], pivot, &x);
             }
         }
-        std::array::from_fn(|i| std::array::from_fn(|j| simd.reduce_sum_f64s(sums[i][j])))
+        // Plain loops: closures within closures are not inlined into the function that knows the instruction set.
+        let mut totals = [[0.0; N]; N];
+        for i in 0..N {
+            for j in 0..N {
+                totals[i][j] = simd.reduce_sum_f64s(sums[i][j]);
+            }
+        }
+        totals
     }
 }
 
