@@ -90,12 +90,22 @@ impl Friction {
 
     /// Largest friction torque under a load, N m; negative where it helps.
     pub fn limit_Nm(&self, load: &Load) -> Dual {
-        let sign = if self.helps { -1.0 } else { 1.0 };
+        let sign = self.sign();
         let mut limit = self.torque_Nm * sign;
         limit.add_product(sign, &self.radius_m, &load.preload_N);
         let sense = if load.torque_Nm.value < 0.0 { -sign } else { sign };
         limit.add_product(sense, &self.load_share, &load.torque_Nm);
         limit
+    }
+
+    /// The same where it is one under every load.
+    pub fn lasting_limit_Nm(&self) -> Option<Dual> {
+        let follows = |share: &Dual| share.value != 0.0 || share.depends();
+        (!follows(&self.radius_m) && !follows(&self.load_share)).then(|| self.torque_Nm * self.sign())
+    }
+
+    fn sign(&self) -> f64 {
+        if self.helps { -1.0 } else { 1.0 }
     }
 }
 

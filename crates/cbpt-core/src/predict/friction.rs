@@ -60,6 +60,14 @@ impl Memory {
         self.by_way.clear();
         for ((state, friction), limit) in self.states.iter_mut().zip(&rubs.friction).zip(&rubs.limits_Nm) {
             let (z, [by_way, by_before, by_angle, by_exponent]) = friction.after(state.value, way);
+            if z.abs() >= 1.0 && by_before == 0.0 {
+                // It slips: of all that came before nothing is left.
+                *state = Dual::constant(z);
+                torque.value -= limit.value * z;
+                torque.add_slope(-z, limit);
+                self.by_way.push(0.0);
+                continue;
+            }
             *state = state.chain(z, by_before);
             state.add_slope(by_angle, &friction.engagement_angle_rad);
             state.add_slope(by_exponent, &friction.exponent);
@@ -71,7 +79,8 @@ impl Memory {
         torque.add_slope(-per_way, &at_torque);
         let mut total = at_torque;
         total.add_slope(per_torque / (1.0 + per_torque * per_way), &torque);
-        for (state, by_way) in self.states.iter_mut().zip(&self.by_way) {
+        for (state, by_way) in self.states.iter_mut().zip(&self.by_way).filter(|(_, by_way)| **by_way != 0.0)
+        {
             state.add_slope(*by_way, &total);
         }
         self.angle_rad = total;
@@ -84,8 +93,8 @@ impl Memory {
 pub struct Rubs {
     /// Those that are alike at every row first.
     friction: Vec<Friction>,
-    /// How many these are.
-    lasting: usize,
+    /// The largest torques of these where they are one under every load, N m.
+    lasting_Nm: Vec<Option<Dual>>,
     /// The largest torque of each under the load of the row, N m.
     limits_Nm: Vec<Dual>,
 }
@@ -93,15 +102,22 @@ pub struct Rubs {
 impl Rubs {
     /// What rubs at every row alike.
     pub fn lasting(friction: Vec<Friction>) -> Self {
-        Self { lasting: friction.len(), friction, limits_Nm: Vec::new() }
+        let lasting_Nm: Vec<_> = friction.iter().map(Friction::lasting_limit_Nm).collect();
+        let limits_Nm = lasting_Nm.iter().map(|limit| limit.unwrap_or_default()).collect();
+        Self { friction, lasting_Nm, limits_Nm }
     }
 
     /// Goes to a row with its load.
     pub fn under(&mut self, load: &Load) {
-        self.friction.truncate(self.lasting);
+        let lasting = self.lasting_Nm.len();
+        self.friction.truncate(lasting);
         self.friction.extend_from_slice(&load.friction);
-        self.limits_Nm.clear();
-        self.limits_Nm.extend(self.friction.iter().map(|friction| friction.limit_Nm(load)));
+        self.limits_Nm.resize(self.friction.len(), Dual::default());
+        for (i, (limit, friction)) in self.limits_Nm.iter_mut().zip(&self.friction).enumerate() {
+            if self.lasting_Nm.get(i).is_none_or(Option::is_none) {
+                *limit = friction.limit_Nm(load);
+            }
+        }
     }
 
     /// How many frictions there are.
