@@ -539,6 +539,7 @@ def _sphere(k: int) -> float:
 _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle")
 _INSTRUMENTS = (
     *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "preload_crosstalk", "span_drift"),
+    "loose_fixture",
 )
 ODDS: dict[str, float] = {
     "": 0.03,

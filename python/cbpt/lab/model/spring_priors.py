@@ -202,6 +202,16 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
     yield _hard_stop(torque, 0.05, (0.2, 0.4, 0.6, 0.8))
 
 
+def _loose_fixture(torque: float, angle: float) -> Variant:
+    """What next to nothing holds is a play, and what the largest torque hardly overcomes is seen by
+    a reading or two."""
+    holding = _ranged("holding_torque_Nm", torque, 0.03, 0.95, (0.1, 0.25, 0.45, 0.7))
+    transition = _ranged("transition_torque_Nm", torque, 1e-3, WIDEST_TRANSITION, (0.01, 0.05))
+    play = _of("loose_fixture", ("fixture_play_rad",), angle, 1e-3, 1.0)
+    first = Shape("first_share", -0.5, 0.5, (-0.5, 0.0, 0.5))
+    return _with(play, (holding, transition, first))
+
+
 def _hard_stop(torque: float, low: float, grid: tuple[float, ...]) -> Variant:
     stop = _ranged("stop_torque_Nm", torque, low, 0.98, grid)
     return _with(_of("hard_stop", ("taken_share",), 1.0, 0.02, 1.0), (stop,))
@@ -277,6 +287,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
     yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
+    yield _loose_fixture(torque, angle)
     yield from _instruments_of_spring(campaign, torque, angle)
     yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)

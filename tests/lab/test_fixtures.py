@@ -1,0 +1,106 @@
+"""A fixture that is not tight: it turns in its play once its friction is overcome, or slips once.
+
+Both are added to the readings by hand, so that the library's equations are not their own witness.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cbpt
+from common.friction_loops import SPRING, loops
+
+Floats = NDArray[np.float64]
+
+U_ARCSEC = 2.0
+PLAY_ARCSEC, HOLDING_Nm = 12.0, 4.0
+
+
+def along(turns: list[float]) -> Floats:
+    """In steps of 0.5 N m."""
+    legs = [np.linspace(a, b, round(2 * abs(b - a)) + 1)[1:] for a, b in pairwise(turns)]
+    return np.concatenate([turns[:1], *legs])
+
+
+SMALL = along([0, 3, -3, 3, -3, 0])
+LARGE = along([0, 10, -10, 10, -10, 0])
+"""Which end on the other flank than they began on, or in the middle."""
+
+
+def stands(torque_Nm: Floats, holding_Nm: float, at: float = -0.5) -> Floats:
+    """The share of its play at which a fixture stands, which takes half a newton metre to turn."""
+    found = []
+    for torque in torque_Nm:
+        loaded, unloaded = (torque - holding_Nm) / 0.5, (torque + holding_Nm) / 0.5
+        at = float(np.clip(min(max(at, loaded), unloaded), -0.5, 0.5))
+        found.append(at)
+    return np.array(found)
+
+
+def table(*runs: tuple[Floats, Floats], seed: int = 1) -> dict[str, Floats]:
+    """Runs of torques, N m, and of what is added to the angle of the spring, arcsec."""
+    torque = np.concatenate([torque for torque, _ in runs])
+    angle = 60 * torque + np.concatenate([added for _, added in runs])
+    angle += U_ARCSEC * np.random.default_rng(seed).standard_normal(len(angle))
+    return {
+        "run": np.repeat(np.arange(len(runs)), [len(torque) for torque, _ in runs]),
+        "time_s": 2.0 * np.arange(len(torque)),
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": angle,
+        "u_elastic_angle_arcsec": np.full(len(angle), U_ARCSEC),
+    }
+
+
+def loose(seed: int = 1) -> dict[str, Floats]:
+    """Loops to less and to more than what holds the fixture."""
+    runs = ((t, PLAY_ARCSEC * stands(t, HOLDING_Nm)) for t in (SMALL, LARGE))
+    return table(*runs, seed=seed)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_loose_fixture_is_no_part_of_the_reducer(seed: int) -> None:
+    """A stiffness curve was certain in its place, or a play."""
+    found = cbpt.diagnose(SPRING, loose(seed))
+    assert found.verdict.effects == ("loose_fixture",), found.sentence
+    assert found.verdict.kind == "rig"
+    numbers = found.parameters(found.after, "loose_fixture")
+    for name, true in (
+        ("fixture_play_rad", PLAY_ARCSEC * np.pi / 648000),
+        ("holding_torque_Nm", HOLDING_Nm),
+    ):
+        assert numbers[name]["value"] == pytest.approx(true, abs=4 * numbers[name]["u"]), name
+
+
+def test_what_small_loops_show_too_is_a_play_of_the_reducer() -> None:
+    """Nothing holds it."""
+    found = cbpt.diagnose(
+        SPRING, table(*((t, PLAY_ARCSEC * stands(t, 0.0)) for t in (SMALL, LARGE)))
+    )
+    assert found.verdict.effects == ("backlash",), found.sentence
+
+
+def test_friction_is_no_loose_fixture() -> None:
+    found = cbpt.diagnose(SPRING, loops())
+    assert "loose_fixture" not in {*found.verdict.effects, *sum(found.verdict.rivals, ())}
+
+
+def test_a_fixture_that_came_loose_has_changed() -> None:
+    tight = table(*((t, 0.0 * t) for t in (SMALL, LARGE)), seed=4)
+    found = cbpt.change(SPRING, tight, loose(5))
+    assert {c.effect for c in found.changed} == {"loose_fixture"}, found.sentence
+    assert {c.direction for c in found.changed} == {"new"}
+
+
+def test_a_fixture_that_slips_once_in_a_run_is_no_certain_drift() -> None:
+    """A warm-up follows a step halfway, and nothing without a name was tried in its place beside
+    the friction."""
+    read = dict(loops())
+    read["elastic_angle_arcsec"] = read["elastic_angle_arcsec"] - 12.0 * (read["time_s"] > 17)
+    found = cbpt.diagnose(SPRING, read)
+    assert "drift" not in found.verdict.effects, found.sentence
+    spoken = {*found.verdict.effects, *sum(found.verdict.rivals, ())}
+    assert "unknown" in spoken or found.verdict.kind == "unknown", found.sentence
