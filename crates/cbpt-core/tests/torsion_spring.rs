@@ -263,6 +263,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "play" | "fixture_play") => 5e-3,
         (_, "holding_torque") => 3.1,
         (_, "first_share") => 0.2,
+        (_, "centre_torque") => 2.3,
         ("sensor_hysteresis", "half_width") => 4e-4,
         (_, "warm_up_time") => 9.0,
         (_, "taken_share" | "half_width") => 0.3,

@@ -2,6 +2,7 @@
 prior odds alone.
 
 by_prior_odds_alone  told as notes, one for each effect of the best set
+of_a_torque_sensor   the same of friction no larger than the hysteresis of a torque sensor
 """
 
 from __future__ import annotations
@@ -10,11 +11,15 @@ from collections.abc import Container, Iterator
 
 import numpy as np
 
+from cbpt.lab.model.priors import FRICTIONS
 from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, prior
 from cbpt.lab.wording.numbers import listed, rounded
+
+_OF_SENSORS = 0.01
+"""Hysteresis of a torque sensor over its range: 0.1 to 1 % on data sheets."""
 
 
 def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[str]:
@@ -37,6 +42,26 @@ def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[
                 f"{rounded(float(np.exp(rarer)))} times as high. If your rig may have such an "
                 "error, fit it in its place and compare what is left: cbpt fit CASE TABLE --with "
                 f"{' '.join(others)}"
+            )
+
+
+def of_a_torque_sensor(competition: Competition, verdict: Verdict) -> Iterator[str]:
+    """Of friction that is told and no larger than what torque sensors have as hysteresis: of one
+    that builds up as gradually no reading of torque and angle tells it."""
+    told = {*verdict.effects, *(e for group in verdict.rivals for e in group)}
+    fit, fitter = competition.fits.get(verdict.names), competition.fitter
+    for effect in sorted(told.intersection(verdict.names, FRICTIONS)) if fit else ():
+        readings = fitter.campaign.readings
+        torque_Nm = fit.point.values[fitter.place(effect, "friction_torque_Nm")]
+        if readings.preload_N is not None:
+            radius_m = fit.point.values[fitter.place(effect, "friction_radius_m")]
+            torque_Nm += radius_m * readings.preload_N.mean()
+        share = torque_Nm / np.abs(readings.torque_Nm).max()
+        if 0 < share <= _OF_SENSORS:
+            yield (
+                f"the torque of {effect} is {100 * share:.2g} % of the largest torque read. A "
+                "torque sensor whose hysteresis is as large looks the same in these readings: "
+                "compare it with the hysteresis on the data sheet of yours"
             )
 
 

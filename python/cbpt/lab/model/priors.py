@@ -71,6 +71,9 @@ class Variant:
     far: tuple[tuple[float, ...], ...] = ()
     """The same for the look at single effects alone: many forms that hardly show when small."""
 
+    odds: float = 1.0
+    """Prior odds of this form against the usual ones of its effect."""
+
     @property
     def directed(self) -> bool:
         """Whether its two sizes are the components of one amplitude at some phase."""
@@ -494,8 +497,8 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
 def log_prior_of_sizes(
     variants: Sequence[Variant], places: Sequence[Sequence[int]], off: Floats, covariance: Floats
 ) -> float:
-    """Log of the prior density of the sizes of all variants, with the factor by which their
-    plausible ranges reduce the volume of the posterior.
+    """Log of the prior density of the sizes of all variants and of the odds of their forms, with
+    the factor by which the plausible ranges reduce the volume of the posterior.
 
     When the readings determine only the sum of two sizes, the linear problem leaves each of them
     without a limit. Here the limit is a Gaussian about zero with the standard deviation `high`; it
@@ -513,7 +516,7 @@ def log_prior_of_sizes(
     own = np.zeros(len(off))
     own[at] = reach * np.sqrt(np.diag(np.linalg.solve(limited, freedom)))
     return -0.5 * float(np.linalg.slogdet(limited)[1]) + sum(
-        log_size_prior(variant, off[list(place)], own[list(place)])
+        log_size_prior(variant, off[list(place)], own[list(place)]) + math.log(variant.odds)
         for variant, place in zip(variants, places, strict=True)
     )
 

@@ -26,6 +26,7 @@ from cbpt.lab.model.priors import (
     CREEP,
     EXPONENT,
     LAG,
+    ODDS,
     SETTLING,
     VARIANTS,
     Floats,
@@ -202,6 +203,21 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
     yield _hard_stop(torque, 0.05, (0.2, 0.4, 0.6, 0.8))
 
 
+def _plays(torque: float, angle: float, transition: Shape) -> Iterator[Variant]:
+    """At next to no torque; or where a weight on the output, which holds it to one flank, is
+    outweighed: as likely as the zero error of the torque readings that this looks like."""
+    play = _of("backlash", ("play_rad",), angle, 1e-3, 3.0)
+    yield _with(play, (transition,))
+    least, most = 0.04 * torque, torque / 3
+    grid = tuple(share * torque for share in (0.07, 0.15, 0.25))
+    for centre, side in (
+        (Shape("centre_torque_Nm", least, most, grid), "above"),
+        (Shape("centre_torque_Nm", -most, -least, tuple(-m for m in grid)), "below"),
+    ):
+        form = _with(play, (transition, centre), f"off centre, {side}")
+        yield replace(form, odds=ODDS[""] / 2)
+
+
 def _loose_fixture(torque: float, angle: float) -> Variant:
     """What next to nothing holds is a play, and what the largest torque hardly overcomes is seen by
     a reading or two."""
@@ -286,7 +302,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     reach = torque if loops is None else loops.amplitude_Nm
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
-    yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
+    yield from _plays(torque, angle, transition)
     yield _loose_fixture(torque, angle)
     yield from _instruments_of_spring(campaign, torque, angle)
     yield from _stiffness_curves(torque, angle)

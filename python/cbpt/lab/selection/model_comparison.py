@@ -543,7 +543,9 @@ class _Contest:
         null = self.score(())
 
         def on(base: Names) -> list[LackOfFit]:
-            lacks = lacks_of_fit_on(self.fitter, fits[base], setting.families, setting.flexible)
+            # A family that holds any curve follows what any effect does.
+            few = [f for f in setting.families if base in ((), best) or not f.whole]
+            lacks = lacks_of_fit_on(self.fitter, fits[base], few, setting.flexible)
             return [p for p in lacks if not says_no_more(p, fits[best])]
 
         bases = sorted(names for names in fits if set(names) <= set(best))
