@@ -50,8 +50,10 @@ def of_a_torque_sensor(competition: Competition, verdict: Verdict) -> Iterator[s
     that builds up as gradually no reading of torque and angle tells it."""
     told = {*verdict.effects, *(e for group in verdict.rivals for e in group)}
     fit, fitter = competition.fits.get(verdict.names), competition.fitter
-    for effect in sorted(told.intersection(verdict.names, FRICTIONS)) if fit else ():
-        readings = fitter.campaign.readings
+    if fit is None:
+        return
+    readings = fitter.campaign.readings
+    for effect in sorted(told.intersection(verdict.names, FRICTIONS)):
         torque_Nm = fit.point.values[fitter.place(effect, "friction_torque_Nm")]
         if readings.preload_N is not None:
             radius_m = fit.point.values[fitter.place(effect, "friction_radius_m")]

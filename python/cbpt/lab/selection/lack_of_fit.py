@@ -17,6 +17,7 @@ sum of squares over its rank.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -318,7 +319,7 @@ class LackOfFit:
         it amounts to may be that of an unknown, the other way round."""
         with_it = self.problem.residual(self.amplitude, self.noise)
         without = self.problem.residual(None, self.noise)
-        return float(np.sqrt(max(np.mean(without**2) - np.mean(with_it**2), 0.0)))
+        return math.sqrt(max(float(np.mean(without**2)) - float(np.mean(with_it**2)), 0.0))
 
     @property
     def free_numbers(self) -> float:

@@ -536,7 +536,7 @@ class _Contest:
             self.put([top], [modes_of(self.fits[top])])
 
     def unnamed(self) -> list[tuple[float, LackOfFit]]:
-        """Lack of fit without a name on the best set and in place of some of its effects, or of all,
+        """Lack of fit without a name on the best set and in place of some of its effects or of all,
         with log odds, the most probable first."""
         setting, fits = self.setting, self.fits
         best = max(fits, key=self.score)
