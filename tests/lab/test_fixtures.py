@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
+from common.comparisons import EXAMPLES
 from common.friction_loops import SPRING, loops
 
 Floats = NDArray[np.float64]
@@ -114,3 +115,10 @@ def test_a_fixture_that_slips_once_in_a_run_is_no_certain_drift(
     assert not {"drift", "run_in"}.intersection(found.verdict.effects), found.sentence
     spoken = {*found.verdict.effects, *(e for group in found.verdict.rivals for e in group)}
     assert "unknown" in spoken or found.remains() is not None, found.sentence
+
+
+def test_a_ball_drive_has_one_where_it_is_asked_for() -> None:
+    """No diagnosis of a ball drive proposes it."""
+    table = cbpt.read_readings(EXAMPLES / "campaign.csv")
+    found = cbpt.fit(EXAMPLES / "campaign.toml", table, ["loose_fixture"])
+    assert "holding_torque_Nm" in found.parameters()["loose_fixture"]

@@ -91,6 +91,7 @@ def _forms_of(
         # What a drifting zero error leaves free would follow what no effect does.
         *(v for v in torque_zeros(torque, _length_s(campaign)) if len(v.sizes) == 1),
         _shift(angle / torque),
+        _loose_fixture(torque, angle),
     )
     return *proposed, *(
         v
