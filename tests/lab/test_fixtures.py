@@ -1,6 +1,7 @@
-"""A fixture that is not tight: it turns in its play once its friction is overcome, or slips once.
+"""What a rig does to a play: a fixture that is not tight, which turns in its play once its friction
+is overcome, or slips once; and a weight on the output, which holds it to one flank.
 
-Both are added to the readings by hand, so that the library's equations are not their own witness.
+All are added to the readings by hand, so that the library's equations are not their own witness.
 """
 
 from __future__ import annotations
@@ -122,3 +123,15 @@ def test_a_ball_drive_has_one_where_it_is_asked_for() -> None:
     table = cbpt.read_readings(EXAMPLES / "campaign.csv")
     found = cbpt.fit(EXAMPLES / "campaign.toml", table, ["loose_fixture"])
     assert "holding_torque_Nm" in found.parameters()["loose_fixture"]
+
+
+@pytest.mark.parametrize("play_arcsec", [20.0, 400.0])
+def test_a_play_that_a_weight_holds_to_one_flank_lies_off_zero_torque(play_arcsec: float) -> None:
+    """It was a torque zero with a joint and a nonlinear sensor; and a large one was held to what
+    the flanks at zero torque leave room for."""
+    share = 0.5 + 0.5 * np.tanh((LARGE - 2.5) / 0.2)
+    found = cbpt.diagnose(SPRING, table((LARGE, play_arcsec * share), (LARGE, play_arcsec * share)))
+    assert found.verdict.effects == ("backlash",), found.sentence
+    numbers = found.parameters(found.after, "backlash")
+    for name, true in (("play_rad", play_arcsec * np.pi / 648000), ("centre_torque_Nm", 2.5)):
+        assert numbers[name]["value"] == pytest.approx(true, rel=0.1), name

@@ -1,9 +1,9 @@
 //! A fixture with play, which its own friction holds.
 //!
 //! alpha += j s, s from -1/2 to 1/2. The play is taken up as in [`backlash`], but not before the torque has overcome what holds
-//! the fixture: with g the share that is taken up within m_t, s rises along g(M0 - T) and falls along g(M0 + T), and stays in
-//! between where it was. A loop to less than T does not see it. Every run begins with the same share s_0, as nobody has read what
-//! came before.
+//! the fixture: with g the share that is taken up within m_t, s rises along g(M - T) and falls along g(M + T), M as it was
+//! read, and stays in between where it was. A loop to less than T does not see it. Every run begins with the same share s_0, as
+//! nobody has read what came before.
 //!
 //! [`backlash`]: super::backlash
 
@@ -19,7 +19,7 @@ pub static SPEC: Spec = Spec {
     class: Class::Rig,
     port: Port::Reading,
     reducers: Reducers::All,
-    equation: "alpha += j s, s as little moved as keeps g(M0 - T) <= s <= g(M0 + T), g(x) = x/(2 sqrt(x^2 + m_t^2))",
+    equation: "alpha += j s, s as little moved as keeps g(M - T) <= s <= g(M + T), M the torque read, g(x) = x/(2 sqrt(x^2 + m_t^2))",
     source: "generalised play: Visintin, Differential Models of Hysteresis (1994), chapter III",
     tell_tale: "the angle steps by one amount at one torque of each sign, on the way there alone; loops to less than that torque show nothing of it",
     parameters: &[

@@ -11,15 +11,16 @@ from collections.abc import Container, Iterator
 
 import numpy as np
 
-from cbpt.lab.model.priors import FRICTIONS
 from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names, prior
 from cbpt.lab.wording.numbers import listed, rounded
 
+_AS_SENSORS = "friction_hysteresis", "distributed_friction"
+"""Frictions that build up with the way alone, as the hysteresis of a sensor does."""
 _OF_SENSORS = 0.01
-"""Hysteresis of a torque sensor over its range: 0.1 to 1 % on data sheets."""
+"""Hysteresis of a torque sensor over the largest torque: 0.1 to 1 % of its range on data sheets."""
 
 
 def by_prior_odds_alone(competition: Competition, verdict: Verdict) -> Iterator[str]:
@@ -53,16 +54,21 @@ def of_a_torque_sensor(competition: Competition, verdict: Verdict) -> Iterator[s
     if fit is None:
         return
     readings = fitter.campaign.readings
-    for effect in sorted(told.intersection(verdict.names, FRICTIONS)):
-        torque_Nm = fit.point.values[fitter.place(effect, "friction_torque_Nm")]
-        if readings.preload_N is not None:
-            radius_m = fit.point.values[fitter.place(effect, "friction_radius_m")]
-            torque_Nm += radius_m * readings.preload_N.mean()
-        share = torque_Nm / np.abs(readings.torque_Nm).max()
-        if 0 < share <= _OF_SENSORS:
+    most_Nm = float(np.abs(readings.torque_Nm).max())
+    preload_N = np.zeros(1) if readings.preload_N is None else readings.preload_N
+    for effect in sorted(told.intersection(verdict.names, _AS_SENSORS)):
+        of = {
+            name: fit.point.values[fitter.place(effect, name)]
+            for name in ("friction_torque_Nm", "friction_radius_m", "load_share")
+        }
+        if of["friction_radius_m"] > 0 and np.ptp(preload_N) > 0:
+            continue  # it follows the preload, and no sensor does
+        friction_Nm = of["friction_torque_Nm"] + of["friction_radius_m"] * preload_N.max()
+        friction_Nm += of["load_share"] * most_Nm
+        if 0 < friction_Nm <= _OF_SENSORS * most_Nm:
             yield (
-                f"the torque of {effect} is {100 * share:.2g} % of the largest torque read. A "
-                "torque sensor whose hysteresis is as large looks the same in these readings: "
+                f"{effect} takes {100 * friction_Nm / most_Nm:.2g} % of the largest torque read. A "
+                "torque sensor whose hysteresis is as large may look the same in these readings: "
                 "compare it with the hysteresis on the data sheet of yours"
             )
 

@@ -497,8 +497,8 @@ def log_size_prior(variant: Variant, size: Floats, own: Floats) -> float:
 def log_prior_of_sizes(
     variants: Sequence[Variant], places: Sequence[Sequence[int]], off: Floats, covariance: Floats
 ) -> float:
-    """Log of the prior density of the sizes of all variants and of the odds of their forms, with
-    the factor by which the plausible ranges reduce the volume of the posterior.
+    """Log of the prior density of the sizes of all variants, with the factor by which their
+    plausible ranges reduce the volume of the posterior.
 
     When the readings determine only the sum of two sizes, the linear problem leaves each of them
     without a limit. Here the limit is a Gaussian about zero with the standard deviation `high`; it
@@ -516,7 +516,7 @@ def log_prior_of_sizes(
     own = np.zeros(len(off))
     own[at] = reach * np.sqrt(np.diag(np.linalg.solve(limited, freedom)))
     return -0.5 * float(np.linalg.slogdet(limited)[1]) + sum(
-        log_size_prior(variant, off[list(place)], own[list(place)]) + math.log(variant.odds)
+        log_size_prior(variant, off[list(place)], own[list(place)])
         for variant, place in zip(variants, places, strict=True)
     )
 
@@ -527,11 +527,11 @@ def log_density(variant: Variant, r: Floats) -> Floats:
 
 
 def log_density_of_one(variant: Variant) -> float:
-    """The same at r = 1."""
+    """The same at r = 1, with the odds of the form."""
     k = len(variant.sizes)
     span = math.log(variant.high / variant.low)
     around = 1.0 if k == 1 and not variant.signed else _sphere(k)
-    return 0.5 * k * math.log(2 * math.pi) - math.log(span * around)
+    return 0.5 * k * math.log(2 * math.pi) - math.log(span * around / variant.odds)
 
 
 def _sphere(k: int) -> float:

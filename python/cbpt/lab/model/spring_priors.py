@@ -304,7 +304,8 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
     yield from _plays(torque, angle, transition)
-    yield _loose_fixture(torque, angle)
+    if _both_signs(readings.torque_Nm):
+        yield _loose_fixture(torque, angle)
     yield from _instruments_of_spring(campaign, torque, angle)
     yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)

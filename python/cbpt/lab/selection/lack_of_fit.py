@@ -319,7 +319,7 @@ class LackOfFit:
         it amounts to may be that of an unknown, the other way round."""
         with_it = self.problem.residual(self.amplitude, self.noise)
         without = self.problem.residual(None, self.noise)
-        return math.sqrt(max(float(np.mean(without**2)) - float(np.mean(with_it**2)), 0.0))
+        return math.sqrt(float(np.mean((without - with_it) ** 2)))
 
     @property
     def free_numbers(self) -> float:

@@ -543,9 +543,11 @@ class _Contest:
         null = self.score(())
 
         def on(base: Names) -> list[LackOfFit]:
-            # A family that holds any curve follows what any effect does.
-            few = [f for f in setting.families if base in ((), best) or not f.whole]
-            lacks = lacks_of_fit_on(self.fitter, fits[base], few, setting.flexible)
+            # A family of more numbers follows what any effect does.
+            free = len(fits[best].unknowns) - len(fits[base].unknowns)
+            few = [f for f in setting.families if f.patterns.shape[1] <= free]
+            families = setting.families if base in ((), best) else few
+            lacks = lacks_of_fit_on(self.fitter, fits[base], families, setting.flexible)
             return [p for p in lacks if not says_no_more(p, fits[best])]
 
         bases = sorted(names for names in fits if set(names) <= set(best))
