@@ -52,9 +52,10 @@ def library_of(
     campaign: Campaign, asked: Sequence[str] = (), beside: Sequence[Campaign] = ()
 ) -> tuple[Variant, ...]:
     """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
-    those asked for, by effect or form. beside: other campaigns that are fitted with this one."""
+    those asked for, by effect or form. beside: other campaigns that are fitted with this one: of
+    these the usual forms alone, as what real loops leave at all of them would choose a rare one."""
     forms = map(within_limits, _forms_of(campaign, asked, beside))
-    return tuple(form for form in forms if form is not None)
+    return tuple(v for v in forms if v is not None and (v.odds >= 1 or not beside))
 
 
 def _forms_of(
