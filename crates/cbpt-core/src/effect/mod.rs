@@ -40,7 +40,6 @@ pub mod eccentricity_error;
 pub mod friction_hysteresis;
 pub mod groove_pitch_error;
 pub mod hard_stop;
-pub mod loose_fixture;
 pub mod output_torsion;
 pub mod plate_tilt;
 pub mod preload_crosstalk;
@@ -71,7 +70,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 38] = [
+pub static LIBRARY: [&Spec; 37] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -81,7 +80,6 @@ pub static LIBRARY: [&Spec; 38] = [
     &preload_scale::SPEC,
     &preload_crosstalk::SPEC,
     &shaft_shift::SPEC,
-    &loose_fixture::SPEC,
     &sensor_hysteresis::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,
