@@ -61,7 +61,7 @@ impl Memory {
         for ((state, friction), limit) in self.states.iter_mut().zip(&rubs.friction).zip(&rubs.limits_Nm) {
             let (z, [by_way, by_before, by_angle, by_exponent]) = friction.after(state.value, way);
             if z.abs() >= 1.0 && by_before == 0.0 {
-                // It slips: of all that came before nothing is left.
+                // It slips: of all that came before nothing is left, but for the last digits of a law that nears its limit for ever.
                 *state = Dual::constant(z);
                 torque.value -= limit.value * z;
                 torque.add_slope(-z, limit);
@@ -109,8 +109,7 @@ impl Rubs {
 
     /// Goes to a row with its load.
     pub fn under(&mut self, load: &Load) {
-        let lasting = self.lasting_Nm.len();
-        self.friction.truncate(lasting);
+        self.friction.truncate(self.lasting_Nm.len());
         self.friction.extend_from_slice(&load.friction);
         self.limits_Nm.resize(self.friction.len(), Dual::default());
         for (i, (limit, friction)) in self.limits_Nm.iter_mut().zip(&self.friction).enumerate() {
@@ -280,4 +279,37 @@ impl Held<'_> {
 /// Moves the bound to `m` beyond which the root does not lie.
 fn narrow(low: &mut f64, high: &mut f64, m: f64, root_is_below: bool) {
     *(if root_is_below { high } else { low }) = m;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Limits that are kept from row to row are those under the load of the row, whatever rubbed at the rows before.
+    #[test]
+    fn limits_are_those_of_the_row() {
+        let none = Dual::constant(0.0);
+        let friction = |torque_Nm: f64, load_share: f64| Friction {
+            law: |before, _, _, _| (before, [0.0, 1.0, 0.0, 0.0]),
+            radius_m: none,
+            torque_Nm: Dual::parameter(torque_Nm, 0),
+            load_share: Dual::constant(load_share),
+            engagement_angle_rad: Dual::constant(1.0),
+            exponent: none,
+            helps: false,
+        };
+        let mut rubs = Rubs::lasting(vec![friction(1.0, 0.0), friction(2.0, 0.1), friction(3.0, 0.0)]);
+        for (torque_Nm, of_row) in [(5.0, vec![friction(4.0, 0.0)]), (-7.0, vec![friction(6.0, 0.2)])] {
+            let load = Load {
+                torque_Nm: Dual::constant(torque_Nm),
+                preload_N: none,
+                spring_N_per_m: none,
+                friction: of_row,
+            };
+            rubs.under(&load);
+            assert_eq!(rubs.count(), 4);
+            let afresh: Vec<Dual> = rubs.friction.iter().map(|friction| friction.limit_Nm(&load)).collect();
+            assert_eq!(rubs.limits_Nm, afresh);
+        }
+    }
 }
