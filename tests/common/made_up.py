@@ -129,6 +129,7 @@ def competition(
             free_numbers=3,
             columns=("torque_Nm",),
             fitted_arcsec=np.full(396, around.lack_arcsec),
+            explained_arcsec=around.lack_arcsec,
         )
         for n in unnamed
     ]

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.priors import ODDS
 from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.effort import EFFORT
@@ -23,7 +24,8 @@ def exactly(c: Competition, names: Names) -> float:
 def worse_than_a_part(c: Competition, by: float = EFFORT.worse) -> list[tuple[Names, Names, float]]:
     """Sets near the best that follow the readings worse than one of one effect less: the larger one
     may take the values and the noise of the smaller, and add nothing, so its score is no less than
-    that of the smaller less the price of the addition. by: in log odds."""
+    that of the smaller less the price of the addition, nor than a fit that begins there: the
+    room for the sizes costs too. by: in log odds."""
     best = max(c.log_odds.values())
     found = []
     for names in c.fits:
@@ -38,6 +40,18 @@ def worse_than_a_part(c: Competition, by: float = EFFORT.worse) -> list[tuple[Na
                 (more,) = set(names) - set(part)
                 price = -float(np.log(ODDS.get(more, ODDS[""])))
                 off = min(off, c.log_odds[part] - c.log_odds[names] - price)
-                if off > by:
+                if off > by and begun_at(c, names, part) - c.fits[names].log_evidence > by:
                     found.append((names, part, off))
     return found
+
+
+def begun_at(c: Competition, names: Names, part: Names) -> float:
+    """Log evidence of a set whose fit begins at the values and the noise of one of its parts."""
+    smaller = c.fits[part]
+    more = (v for v in c.fits[names].hypothesis.variants if v.effect not in part)
+    hypothesis = Hypothesis((*smaller.hypothesis.variants, *more))
+    start = c.fitter.start(hypothesis, {})
+    kept = [u.index for u in smaller.unknowns]
+    start[kept] = smaller.point.values[kept]
+    found = c.fitter.fit(hypothesis, start, smaller.noise)
+    return -np.inf if found is None else found.log_evidence

@@ -17,6 +17,7 @@ sum of squares over its rank.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -313,6 +314,14 @@ class LackOfFit:
         return self.problem.fitted(self.amplitude, self.noise)
 
     @property
+    def explained_arcsec(self) -> float:
+        """Root mean square of what the readings lose without it, all else refitted: a part of what
+        it amounts to may be that of an unknown, the other way round."""
+        with_it = self.problem.residual(self.amplitude, self.noise)
+        without = self.problem.residual(None, self.noise)
+        return math.sqrt(float(np.mean((without - with_it) ** 2)))
+
+    @property
     def free_numbers(self) -> float:
         """How many free numbers its patterns amount to: the readings' share in what is known of
         each (effective number of parameters)."""
@@ -366,9 +375,17 @@ class Patterned:
         first = len(self.precision)
         return np.asarray(self.columns[:, first:] @ self.mode(amplitude, noise)[first:])
 
-    def residual(self, amplitude: float, noise: Noise) -> Floats:
-        """Readings less everything."""
-        return np.asarray(self.y - self.columns @ self.mode(amplitude, noise))
+    def residual(self, amplitude: float | None, noise: Noise) -> Floats:
+        """Readings less everything, where patterns have an amplitude; else less the unknowns."""
+        if amplitude is not None:
+            return np.asarray(self.y - self.columns @ self.mode(amplitude, noise))
+        c = self.fitter.campaign
+        whitener, unknowns = (
+            Whitener.of(noise, c.u_arcsec, c.rows),
+            self.columns[:, : len(self.precision)],
+        )
+        margin = Margin.of(whitener(self.y), whitener(unknowns), self.precision)
+        return np.asarray(self.y - unknowns @ margin.mode)
 
 
 def lacks_of_fit_on(

@@ -5,8 +5,8 @@ compete  screen, fit, weigh -> Competition
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
 glance); single effects that may matter, and the pairs and triples that the linear search offers (of
 a torsion spring also two to four large effects at once), fitted in full; sets of one effect more,
-less or another than the best; lack of fit that no effect names, alone and on top of the best. All
-are weighed by evidence and prior odds, so no order of asking decides.
+less or another than the best; lack of fit that no effect names, on top of the best and in place of
+some of its effects. All are weighed by evidence and prior odds, so no order of asking decides.
 """
 
 from __future__ import annotations
@@ -536,17 +536,21 @@ class _Contest:
             self.put([top], [modes_of(self.fits[top])])
 
     def unnamed(self) -> list[tuple[float, LackOfFit]]:
-        """Lack of fit without a name on the drive as stated and on the best set, with log odds, the
-        most probable first."""
+        """Lack of fit without a name on the best set and in place of some of its effects or of all,
+        with log odds, the most probable first."""
         setting, fits = self.setting, self.fits
         best = max(fits, key=self.score)
         null = self.score(())
 
         def on(base: Names) -> list[LackOfFit]:
-            lacks = lacks_of_fit_on(self.fitter, fits[base], setting.families, setting.flexible)
+            # A family of more numbers follows what any effect does.
+            free = len(fits[best].unknowns) - len(fits[base].unknowns)
+            few = [f for f in setting.families if f.patterns.shape[1] <= free]
+            families = setting.families if base in ((), best) else few
+            lacks = lacks_of_fit_on(self.fitter, fits[base], families, setting.flexible)
             return [p for p in lacks if not says_no_more(p, fits[best])]
 
-        bases = sorted({(), best})
+        bases = sorted(names for names in fits if set(names) <= set(best))
         lacks = side_by_side(self.fitter.campaign, [partial(on, base) for base in bases])
         found = [
             (

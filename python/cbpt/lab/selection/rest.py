@@ -25,9 +25,9 @@ from cbpt.lab.selection.setting import Names
 
 
 def rest_arcsec(lack: LackOfFit, adequacy: Adequacy | None) -> float:
-    """Root mean square: what the lack of fit describes, and where noise cannot leave as much as is
+    """Root mean square: what the lack of fit explains, and where noise cannot leave as much as is
     left, all of that beyond what readings scatter by."""
-    described = float(np.sqrt(np.mean(lack.fitted_arcsec**2)))
+    described = lack.explained_arcsec
     if adequacy is None or adequacy.p_value >= RULES.left_chance:
         return described
     beyond = max(adequacy.left_arcsec**2 - adequacy.expected_arcsec**2, 0.0)
