@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import cbpt
 from common.comparisons import EXAMPLES
-from common.friction_loops import LOOP, SPRING
+from common.friction_loops import LOOP, SPRING, loops
 from common.play import following
 
 Floats = NDArray[np.float64]
@@ -201,3 +201,12 @@ def test_play_that_friction_does_not_hold_has_a_name_on_a_spring() -> None:
     angle = 60 * carried + 40 * np.tanh(LOOP / 0.05)
     found = on_a_spring(LOOP, angle, np.arange(float(len(LOOP))), reference_radius_mm=30.0)
     assert told(found) >= {"bearing_play", "friction_hysteresis"}, found.sentence
+
+
+def test_friction_as_small_as_the_hysteresis_of_a_torque_sensor_says_so() -> None:
+    """0.8 % of the largest torque, and 10 %."""
+    small, large = (cbpt.diagnose(SPRING, loops(friction_Nm)) for friction_Nm in (0.08, 1.0))
+    for found, wanted in ((small, 1), (large, 0)):
+        assert "friction_hysteresis" in told(found), found.sentence
+        notes = [note for note in found.notes if "hysteresis on the data sheet" in note]
+        assert len(notes) == wanted, found.notes

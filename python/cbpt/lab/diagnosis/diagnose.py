@@ -36,7 +36,7 @@ from cbpt.lab.diagnosis.fit_text import (
 from cbpt.lab.diagnosis.held_angle import held_angle
 from cbpt.lab.diagnosis.held_torque import held_torque
 from cbpt.lab.diagnosis.ramped_torque import ramped_torque
-from cbpt.lab.diagnosis.rarer import by_prior_odds_alone
+from cbpt.lab.diagnosis.rarer import by_prior_odds_alone, of_a_torque_sensor
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.diagnosis.torque_scatter import with_torque_scatter
 from cbpt.lab.inference.closing import closed
@@ -185,6 +185,7 @@ def judged(
     fits[verdict.names] = closed(competition.fitter, fits[verdict.names])
     notes += _notes(campaign, fits[verdict.names])
     notes += by_prior_odds_alone(competition, verdict)
+    notes += of_a_torque_sensor(competition, verdict)
     nominal = competition.fitter.at_nominal(fits[verdict.names])
     ladder = tuple(_ladder(competition, verdict, nominal, fold))
     if progress:
