@@ -24,7 +24,7 @@ RIG = frozenset(
         *("run_offset", "drift", "span_drift"),
         *("sensor_nonlinearity", "sensor_hysteresis", "sensor_gain"),
         *("torque_scale", "torque_zero", "torque_lag", "torque_hysteresis"),
-        *("preload_scale", "preload_crosstalk", "shaft_shift"),
+        *("preload_scale", "preload_crosstalk", "shaft_shift", "loose_fixture"),
     )
 )
 """What belongs to the instrument, not to the drive."""

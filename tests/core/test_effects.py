@@ -170,7 +170,13 @@ def test_every_effect_that_the_rig_has_is_compared() -> None:
     # test_loop_forms.py, test_breakaway.py
     of_loops = {"hard_stop", "distributed_friction", "rate_friction", "breakaway_friction"}
     of_torque = {"torque_zero", "torque_lag", "torque_hysteresis", "damping"}
-    instruments = {*of_torque, "preload_crosstalk", "shaft_shift", "sensor_hysteresis"}
+    instruments = {
+        *of_torque,
+        "preload_crosstalk",
+        "shaft_shift",
+        "sensor_hysteresis",
+        "loose_fixture",
+    }
     alone = {"run_offset", "span_drift", *instruments, *of_loops}
     assert set(SAME) == set(ids) - alone == set(LIBRARY) - {"run_offset"}
 

@@ -40,6 +40,7 @@ pub mod eccentricity_error;
 pub mod friction_hysteresis;
 pub mod groove_pitch_error;
 pub mod hard_stop;
+pub mod loose_fixture;
 pub mod output_torsion;
 pub mod plate_tilt;
 pub mod preload_crosstalk;
@@ -70,7 +71,7 @@ pub use own::{AddsTo, OwnEffect, OwnParameter};
 pub use spec::{Class, Parameter, Port, Reducers, Scale, Spec};
 
 /// Every effect, in the order in which all documents list them.
-pub static LIBRARY: [&Spec; 37] = [
+pub static LIBRARY: [&Spec; 38] = [
     &contact_stiffness::SPEC,
     &contact_angle::SPEC,
     &torque_scale::SPEC,
@@ -80,6 +81,7 @@ pub static LIBRARY: [&Spec; 37] = [
     &preload_scale::SPEC,
     &preload_crosstalk::SPEC,
     &shaft_shift::SPEC,
+    &loose_fixture::SPEC,
     &sensor_hysteresis::SPEC,
     &sensor_gain::SPEC,
     &sensor_nonlinearity::SPEC,

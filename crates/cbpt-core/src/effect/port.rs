@@ -110,7 +110,7 @@ impl Friction {
 }
 
 /// How many numbers a `backlash` has.
-pub const PLAY_NUMBERS: usize = 2;
+pub const PLAY_NUMBERS: usize = 3;
 /// How many numbers a `stiffness_curve` has.
 pub const CURVE_NUMBERS: usize = 8;
 /// How many numbers a `hard_stop` has.

@@ -13,7 +13,7 @@ Laplace's approximation gives the evidence, with one prior for each slot.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -198,13 +198,13 @@ def _slots(levels: int, p: int, separate: frozenset[int]) -> Ints:
 def _prior(
     problem: Problem, variants: Sequence[Variant], slots: Ints, x: Floats, covariance: Floats
 ) -> float:
-    """Log prior of the sizes: once for each value that they have."""
+    """Log prior of the sizes: once for each value that they have, in forms that are the same."""
     off, which, places = x.copy(), [], []
     of_each = places_of_sizes(variants, problem.unknowns)
     for variant, at in zip(variants, of_each, strict=True):
         for place in sorted({tuple(row[at].tolist()) for row in slots}):
             off[list(place)] = x[list(place)] - problem.mean[at] / problem.unit[at]
-            which.append(variant)
+            which.append(variant if variant not in which else replace(variant, odds=1.0))
             places.append(place)
     return log_prior_of_sizes(which, places, off, covariance)
 

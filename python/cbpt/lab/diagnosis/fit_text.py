@@ -22,7 +22,7 @@ import numpy as np
 
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.own_loops import PLAY, small_loops_of
+from cbpt.lab.model.own_loops import CENTRE, PLAY, small_loops_of
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.wording.names import number_called
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, in_words, rounded, shown
@@ -111,7 +111,8 @@ def beyond_own_loops(campaign: Campaign, fit: Fit) -> Iterator[str]:
     """What to say where the fitted play is at odds with the table's own smaller loops."""
     play = next((u for u in fit.unknowns if u.name == PLAY), None)
     loops = small_loops_of(campaign)
-    if play is None or loops is None:
+    centre = PLAY.replace("play_rad", CENTRE)
+    if play is None or loops is None or any(u.name == centre for u in fit.unknowns):
         return
     value = fit.value(play) * ARCSEC_PER_RAD
     turned = (

@@ -26,7 +26,7 @@ from cbpt.lab.inference.hypothesis import Hypothesis, Unknown, unknown_of_shape
 from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.discrepancy import DISCREPANCY_ODDS, modulations
 from cbpt.lab.model.forward import Assembled, Point
-from cbpt.lab.model.own_loops import FRICTION, LOAD_SHARE, PLAY, small_loops_of
+from cbpt.lab.model.own_loops import CENTRE, FRICTION, LOAD_SHARE, PLAY, small_loops_of
 from cbpt.lab.model.priors import LOT, VARIANTS, Variant, lots, no_quicker
 from cbpt.lab.model.spring_priors import library_of
 
@@ -175,7 +175,12 @@ class Fitter:
     def _scaled(self, index: int, name: str, variant: Variant, ratio: float) -> tuple[float, float]:
         """Bounds of a size whose range is the variant's own: three times what is plausible."""
         neutral = float(self.model.neutral[index])
-        reach = min(3.0 * variant.high * ratio, self.most.get(name, np.inf))
+        reach = 3.0 * variant.high * ratio
+        ends = [end for s in variant.shapes if s.name == CENTRE for end in (s.low, s.high)]
+        centre = max(map(abs, ends), default=0.0)
+        # Loops that go beyond where a play lies are wide there, and not at zero torque.
+        if centre == 0 or centre >= self.small_Nm:
+            reach = min(reach, self.most.get(name, np.inf))
         low = max(neutral - reach, float(self.model.lower[index])) if variant.signed else neutral
         return min(low, neutral), min(neutral + reach, float(self.model.upper[index]))
 

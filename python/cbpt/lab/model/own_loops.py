@@ -37,6 +37,8 @@ from cbpt.results import ARCSEC_PER_RAD
 Floats = NDArray[np.float64]
 
 PLAY = "backlash.play_rad"
+CENTRE = "centre_torque_Nm"
+"""Of a play that lies off zero torque, of which small loops may show nothing."""
 FRICTION = "friction_hysteresis.friction_torque_Nm"
 ENGAGEMENT = "friction_hysteresis.engagement_angle_rad"
 LOAD_SHARE = "friction_hysteresis.load_share"

@@ -71,6 +71,9 @@ class Variant:
     far: tuple[tuple[float, ...], ...] = ()
     """The same for the look at single effects alone: many forms that hardly show when small."""
 
+    odds: float = 1.0
+    """Prior odds of this form against the usual ones of its effect."""
+
     @property
     def directed(self) -> bool:
         """Whether its two sizes are the components of one amplitude at some phase."""
@@ -524,11 +527,11 @@ def log_density(variant: Variant, r: Floats) -> Floats:
 
 
 def log_density_of_one(variant: Variant) -> float:
-    """The same at r = 1."""
+    """The same at r = 1, with the odds of the form."""
     k = len(variant.sizes)
     span = math.log(variant.high / variant.low)
     around = 1.0 if k == 1 and not variant.signed else _sphere(k)
-    return 0.5 * k * math.log(2 * math.pi) - math.log(span * around)
+    return 0.5 * k * math.log(2 * math.pi) - math.log(span * around / variant.odds)
 
 
 def _sphere(k: int) -> float:
@@ -539,6 +542,7 @@ def _sphere(k: int) -> float:
 _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle")
 _INSTRUMENTS = (
     *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "preload_crosstalk", "span_drift"),
+    "loose_fixture",
 )
 ODDS: dict[str, float] = {
     "": 0.03,

@@ -26,6 +26,7 @@ from cbpt.lab.model.priors import (
     CREEP,
     EXPONENT,
     LAG,
+    ODDS,
     SETTLING,
     VARIANTS,
     Floats,
@@ -51,9 +52,10 @@ def library_of(
     campaign: Campaign, asked: Sequence[str] = (), beside: Sequence[Campaign] = ()
 ) -> tuple[Variant, ...]:
     """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
-    those asked for, by effect or form. beside: other campaigns that are fitted with this one."""
+    those asked for, by effect or form. beside: other campaigns that are fitted with this one: of
+    these the usual forms alone, as what real loops leave at all of them would choose a rare one."""
     forms = map(within_limits, _forms_of(campaign, asked, beside))
-    return tuple(form for form in forms if form is not None)
+    return tuple(v for v in forms if v is not None and (v.odds >= 1 or not beside))
 
 
 def _forms_of(
@@ -90,6 +92,7 @@ def _forms_of(
         # What a drifting zero error leaves free would follow what no effect does.
         *(v for v in torque_zeros(torque, _length_s(campaign)) if len(v.sizes) == 1),
         _shift(angle / torque),
+        _loose_fixture(torque, angle),
     )
     return *proposed, *(
         v
@@ -202,6 +205,31 @@ def _on_request(campaign: Campaign) -> Iterator[Variant]:
     yield _hard_stop(torque, 0.05, (0.2, 0.4, 0.6, 0.8))
 
 
+def _plays(torque: float, angle: float, transition: Shape) -> Iterator[Variant]:
+    """At next to no torque; or where a weight on the output, which holds it to one flank, is
+    outweighed: as likely as the zero error of the torque readings that this looks like."""
+    play = _of("backlash", ("play_rad",), angle, 1e-3, 3.0)
+    yield _with(play, (transition,))
+    least, most = 0.04 * torque, torque / 3
+    grid = tuple(share * torque for share in (0.07, 0.15, 0.25))
+    for centre, side in (
+        (Shape("centre_torque_Nm", least, most, grid), "above"),
+        (Shape("centre_torque_Nm", -most, -least, tuple(-m for m in grid)), "below"),
+    ):
+        form = _with(play, (transition, centre), f"off centre, {side}")
+        yield replace(form, odds=ODDS[""] / 2)
+
+
+def _loose_fixture(torque: float, angle: float) -> Variant:
+    """What next to nothing holds is a play, and what the largest torque hardly overcomes is seen by
+    a reading or two."""
+    holding = _ranged("holding_torque_Nm", torque, 0.03, 0.95, (0.1, 0.25, 0.45, 0.7))
+    transition = _ranged("transition_torque_Nm", torque, 1e-3, WIDEST_TRANSITION, (0.01, 0.05))
+    play = _of("loose_fixture", ("fixture_play_rad",), angle, 1e-3, 1.0)
+    first = Shape("first_share", -0.5, 0.5, (-0.5, 0.0, 0.5))
+    return _with(play, (holding, transition, first))
+
+
 def _hard_stop(torque: float, low: float, grid: tuple[float, ...]) -> Variant:
     stop = _ranged("stop_torque_Nm", torque, low, 0.98, grid)
     return _with(_of("hard_stop", ("taken_share",), 1.0, 0.02, 1.0), (stop,))
@@ -276,7 +304,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
     reach = torque if loops is None else loops.amplitude_Nm
     widest = WIDEST_TRANSITION
     transition = _ranged("transition_torque_Nm", reach, 1e-3, widest, (0.01, 0.05, widest))
-    yield _with(_of("backlash", ("play_rad",), angle, 1e-3, 3.0), (transition,))
+    yield from _plays(torque, angle, transition)
     yield from _instruments_of_spring(campaign, torque, angle)
     yield from _stiffness_curves(torque, angle)
     yield from _run_ins(angle)

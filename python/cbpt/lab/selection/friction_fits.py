@@ -56,7 +56,9 @@ def evidence_of(fits: Fits) -> float:
 
 def _fitter(campaign: Campaign, named: Sequence[str] | None) -> Fitter:
     effects = _effects(campaign, named)
-    return Fitter(campaign, [v for v in library_of(campaign, effects) if v.effect in effects])
+    # A rarer form would follow a turn or a past that is not the one.
+    library = library_of(campaign, effects)
+    return Fitter(campaign, [v for v in library if v.effect in effects and v.odds >= 1])
 
 
 def _effects(campaign: Campaign, named: Sequence[str] | None) -> list[str]:

@@ -7,8 +7,7 @@ prior       log prior odds of a set of effects
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -32,7 +31,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.model.dataset import Campaign
-from cbpt.lab.model.priors import ODDS
+from cbpt.lab.model.priors import ODDS, Variant
 from cbpt.lab.readings.set_points import levels_of
 from cbpt.lab.selection.lack_of_fit import Component, components
 from cbpt.lab.selection.linear_screen import Signature, Signatures, Stack
@@ -77,8 +76,8 @@ class Setting:
     """Of the library, about the drive as stated."""
     wider: Stack = field(repr=False)
     """The same, and behind them those of finite sizes that only single effects are tried with."""
-    variants: Mapping[str, int] = field(repr=False)
-    """By effect: how many variants it has."""
+    variants: Mapping[str, float] = field(repr=False)
+    """By effect: how many variants it has, rarer ones by their odds."""
     variant_price: Mapping[str, float] = field(default_factory=dict, repr=False)
     """By label: log of how much a variant exceeds the mean evidence of its effect where it is the
     best of them."""
@@ -136,7 +135,7 @@ def prepare(fitter: Fitter) -> Setting:
         families=families,
         signatures=signatures,
         wider=wider,
-        variants=Counter(v.effect for v in fitter.variants),
+        variants=_counted(fitter.variants),
     )
 
 
@@ -359,3 +358,11 @@ def _flexible_fit(
     linear = Linear(y, np.column_stack([x, whole.columns]), np.r_[precision, free])
     enough = len(c) > 3 * whole.count
     return fit_noise(linear, c.u_arcsec, c.rows, start, fitter.stated_dof, structures and enough)
+
+
+def _counted(variants: Iterable[Variant]) -> dict[str, float]:
+    """By effect."""
+    found: dict[str, float] = {}
+    for v in variants:
+        found[v.effect] = found.get(v.effect, 0.0) + v.odds
+    return found

@@ -82,7 +82,8 @@ def starts_at_once(
     fitter: Fitter, signatures: Sequence[Signature], screen: Screen, effects: Sequence[str]
 ) -> list[tuple[Hypothesis, Floats]]:
     """Some effects in each choice of their forms, and where their fits begin; the most probable
-    choice first, and none where the readings do not show them together."""
+    choice first, one with rarer forms behind all others, and none where the readings do not show
+    them together. Far from where the fits end the linear problem cannot weigh a rarer form."""
     members = [
         [m for m, s in enumerate(signatures) if s.variant.effect == e and screen.usable[m]]
         for e in effects
@@ -97,7 +98,7 @@ def starts_at_once(
         chosen = [signatures[m] for m in gain.members]
         hypothesis = Hypothesis(tuple(s.variant for s in chosen))
         found.append((hypothesis, start_values(fitter, chosen, gain.sizes)))
-    return found
+    return sorted(found, key=lambda start: sum(v.odds < 1 for v in start[0].variants))
 
 
 def refitted(fitter: Fitter, seen: Fit, signatures: Sequence[Signature], values: Floats) -> Floats:
