@@ -9,10 +9,10 @@ says_no_more               whether it is only what a fit has a name for
 held_out_with_lack_of_fit  readings less what the other folds and it predict of them
 
 Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
-not too rough function of its columns. Over the torque there are forms of one order too, and of what
-began at one moment: a family that holds any curve pays for each, and a law that has a name and
-happens to look alike would win over something simple that has none. What a family explains is a
-sum of squares over its rank.
+not too rough function of its columns. Over the torque there are smooth curves too, forms of one
+order, and of what began at one moment: a family that holds any curve pays for each, and a law that
+has a name and happens to look alike would win over something simple that has none. What a family
+explains is a sum of squares over its rank.
 """
 
 from __future__ import annotations
@@ -49,6 +49,9 @@ class _Limits:
     most_columns: int = 160
     most_levels: int = 40
     families: int = 3
+    waves: int = 12
+    """Half-waves of a smooth curve over the torque, and how many of them are large."""
+    large_waves: int = 3
     moments: int = 64
     """Places in the table at which something may have begun."""
     amplitudes: tuple[float, ...] = (0.5, 1.5, 5.0, 15.0)
@@ -91,6 +94,13 @@ def smooth(values: Floats) -> Floats:
     return np.column_stack([np.ones(len(x)), x, x**2, x**3])
 
 
+def waves(values: Floats) -> Floats:
+    """Half-waves over the range, shorter ones the smaller, as in a smooth curve."""
+    share = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
+    count = np.arange(1, _LIMITS.waves + 1)
+    return np.cos(np.pi * share[:, None] * count) / (1 + (count / _LIMITS.large_waves) ** 2)
+
+
 def turn(angle_deg: Floats) -> Floats:
     """Distinct angles, or the first eight harmonics where there are many."""
     wrapped = np.round(np.mod(angle_deg, 360.0), 6)
@@ -105,7 +115,7 @@ def bases(readings: Readings) -> dict[str, Floats]:
     r = readings
     torque = levels_of(r.torque_Nm).held
     alone = levels(torque) if len(np.unique(torque)) <= _LIMITS.most_levels else hats(torque, 12)
-    found = {"torque_Nm": alone, "torque_smooth": smooth(torque)}
+    found = {"torque_Nm": alone, "torque_smooth": smooth(torque), "torque_waves": waves(torque)}
     if r.preload_N is not None:
         preload = levels_of(r.preload_N).held
         few = len(np.unique(preload)) <= 6
@@ -199,10 +209,11 @@ def components(readings: Readings) -> tuple[Component, ...]:
 def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
     for name in _SINGLES:
         if name in found:
-            share = 0.5 if name == "torque_Nm" else 1.0
+            share = 1 / 3 if name == "torque_Nm" else 1.0
             yield Component((name,), found[name], share)
     if "torque_smooth" in found:
-        yield Component(("torque_Nm",), found["torque_smooth"][:, 1:], 0.5, whole=False)
+        yield Component(("torque_Nm",), found["torque_waves"], 1 / 3)
+        yield Component(("torque_Nm",), found["torque_smooth"][:, 1:], 1 / 3, whole=False)
     for name in _WITH_TORQUE:
         if name in found and "torque_smooth" in found:
             yield from _over_torque(("torque_Nm", name), found["torque_smooth"], found[name])
