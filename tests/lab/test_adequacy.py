@@ -92,6 +92,13 @@ def test_where_nothing_tells_nothing_is_held_against_a_fit() -> None:
     assert np.isnan(found.expected_arcsec)
 
 
+def test_of_slow_noise_neighbours_tell_the_quick_part_alone() -> None:
+    """Where nothing is stated; the fit calls a smooth misfit correlated noise."""
+    c = replace(campaign(1, misfit_arcsec=2.0), u_stated=False)
+    assert adequate(c).source == "nothing"
+    assert adequate(replace(campaign(1), u_stated=False)).source == "scatter within runs"
+
+
 # --- what is left -------------------------------------------------------------------------
 
 

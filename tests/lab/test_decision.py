@@ -520,6 +520,14 @@ def test_scatter_or_law_where_only_what_is_stated_tells(
         assert undecided(verdict, "scatter or law")
 
 
+def test_nothing_is_missing_is_not_said_where_nothing_tells_the_scatter() -> None:
+    """One reading of each run, and no stated uncertainty."""
+    c = replace(known_by("stated"), u_stated=False)
+    null = MadeUpFit(values=NUMBERS, residual_arcsec=white(len(c)))
+    shares = {(): 0.99, (FRICTION,): 0.01}
+    assert undecided(judge(competition(shares, {(): null}, Around(campaign=c))), "scatter unknown")
+
+
 def test_what_predicts_nothing_is_not_certain() -> None:
     """It explains the readings, but those that are kept back are far more probable without it."""
     shares = {(): 0.001, (FRICTION,): 0.002, (CREEP,): 0.001, (CREEP, FRICTION): 0.996}

@@ -180,6 +180,8 @@ _WHY: dict[Why, str] = {
     "few readings": "there are too few readings for the parameters that would have to be fitted",
     "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
     "more than the stated uncertainty, and no reading was repeated",
+    "scatter unknown": "what is left could be noise or a missing effect: neither a stated "
+    "uncertainty, nor repeats, nor how neighbouring readings differ tell what is noise",
     "uneven misfit": "the misfit could be noise or a missing effect: it is larger at some torques "
     "or in some runs than elsewhere, and nearly the same from one reading to the next there",
     "no prediction": "what explains the readings does not predict those that are kept back",
@@ -191,6 +193,7 @@ _REMEDY: dict[Why, str] = {
     "few readings": "Take three readings or more for each parameter",
     "scatter or law": "Repeat some readings under the same conditions, or take them closer "
     "together along a run",
+    "scatter unknown": "State u_elastic_angle, or repeat a run",
     "uneven misfit": "Repeat runs in which it is large: noise differs from run to run, an effect "
     "comes again",
     "no prediction": "Measure more preloads and runs, and check the instruments",

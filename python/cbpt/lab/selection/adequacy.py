@@ -130,6 +130,9 @@ def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
     correlation = fit.noise.correlation or None
     if coarse:
         return _expected_behind(c, estimate(c.readings, fit.residual_arcsec, correlation))
+    if correlation and not c.u_stated:
+        # Neighbours tell what is quick; how much of what is slow is noise, nothing does.
+        return float("nan"), 0.0, "nothing"
     weighing = replace(c.readings, u_elastic_angle_arcsec=c.u_reading_arcsec)
     scatter = estimate(weighing, fit.residual_arcsec, correlation)
     if scatter is not None and scatter.ratio:

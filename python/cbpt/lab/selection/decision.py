@@ -60,6 +60,7 @@ Why = Literal[
     "no answer is probable",
     "few readings",
     "scatter or law",
+    "scatter unknown",
     "uneven misfit",
     "no prediction",
     "input side",
@@ -165,6 +166,8 @@ def _checked(
         return _undecided(competition, posterior, "uneven misfit", rules)
     verdict = _beside_rest(competition, verdict, rules)
     if adequacy.source == "nothing" and not competition.campaign.u_stated:
+        if nothing:
+            return _undecided(competition, posterior, "scatter unknown", rules)
         verdict = _untested(verdict, rules)
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
