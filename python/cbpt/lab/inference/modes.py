@@ -1,6 +1,7 @@
 """Other solutions: the same effects at another phase, sign or size, or in another form.
 
 with_modes  the best mode of the effects of a fit, with those as good in `other_modes`
+with_shapes the best fit of its forms from every point at which their shapes are looked for
 apart       whether two fits are two solutions, not one that was reached twice
 
 Of a tilt, a pitch error or an offset the linear problem knows one phase; the readings may allow
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +38,8 @@ class _Search:
     polished.
     """
     most: int = 8
+    shapes: int = 12
+    """Points at which the shapes of a form are looked for; of a form with more none is tried."""
     apart: float = 3.0
     """In standard uncertainties."""
 
@@ -76,6 +80,25 @@ def with_modes(
     best, *other_modes = _distinct(found)
     as_good = [f for f in other_modes if f.log_evidence > best.log_evidence - within]
     return replace(best, other_modes=tuple(as_good), modes_searched=True)
+
+
+def with_shapes(fitter: Fitter, fit: Fit) -> Fit:
+    """The best fit of the same forms from every point at which their shapes are looked for: from
+    the one at which the linear problem sees most, a fit may end in a basin of its own."""
+    race, found = Race(fitter, fit.noise), [fit]
+    race.against(fit)
+    for variant in fit.hypothesis.variants:
+        at = [fitter.place(variant.effect, shape.name) for shape in variant.shapes]
+        points = list(product(*(shape.grid for shape in variant.shapes)))
+        for point in points if 1 < len(points) <= _SEARCH.shapes else ():
+            start = fit.point.values.copy()
+            start[at] = point
+            got = race.fit(fit.hypothesis, start, free_noise=False)
+            if got is not None and np.isfinite(got.log_evidence):
+                found.append(got)
+    best = max(found, key=lambda f: f.log_evidence)
+    fine = None if best is fit else race.fit(best.hypothesis, best.point.values)
+    return fit if fine is None or not fine.log_evidence > fit.log_evidence else fine
 
 
 def _rough(race: Race, fit: Fit, variant: Variant, forms: Sequence[Variant]) -> Iterator[Fit]:

@@ -98,7 +98,8 @@ def waves(values: Floats) -> Floats:
     """Half-waves over the range, shorter ones the smaller, as in a smooth curve."""
     share = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
     count = np.arange(1, _LIMITS.waves + 1)
-    return np.cos(np.pi * share[:, None] * count) / (1 + (count / _LIMITS.large_waves) ** 2)
+    large = 1 / (1 + (count / _LIMITS.large_waves) ** 2)
+    return np.asarray(np.cos(np.pi * share[:, None] * count) * large)
 
 
 def turn(angle_deg: Floats) -> Floats:

@@ -52,6 +52,7 @@ from cbpt.lab.selection.refits import (
     kind_of,
     modes_of,
     ranking,
+    shapes_of,
     without_idle,
 )
 from cbpt.lab.selection.setting import (
@@ -92,6 +93,7 @@ def compete(
     contest.find_modes_of_best()
     contest.share_noise()
     contest.settle()  # each set with what was found last
+    contest.find_shapes()
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
     return contest.competition(unnamed, rng)
@@ -534,6 +536,11 @@ class _Contest:
         top = max(self.fits, key=self.score)
         if not self.fits[top].modes_searched:
             self.put([top], [modes_of(self.fits[top])])
+
+    def find_shapes(self) -> None:
+        """Other shapes of the singles near the best: with another noise another one is the best."""
+        near = [names for names in self.near_best() if len(names) == 1]
+        self.put(near, [shapes_of(self.fits[names]) for names in near])
 
     def unnamed(self) -> list[tuple[float, LackOfFit]]:
         """Lack of fit without a name on the best set and in place of some of its effects or of all,

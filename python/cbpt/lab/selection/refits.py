@@ -4,6 +4,7 @@ fitting       a fit from some values
 ranking       the same, to be ranked among many: its search ends earlier
 again         the same effects from their values, under another noise
 modes_of      the best mode of the effects of a fit
+shapes_of     the best of its forms, wherever their shapes are looked for
 without_idle  a fit without the effects that it put to nothing
 follows       how well a fit follows the readings
 kind_of       what a noise has that a fit keeps to
@@ -22,7 +23,7 @@ from cbpt.lab.inference.crew import Task
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
-from cbpt.lab.inference.modes import with_modes
+from cbpt.lab.inference.modes import with_modes, with_shapes
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.selection.rules import RULES
 
@@ -47,6 +48,11 @@ def again(fit: Fit, noise: Noise) -> Task[Fit | None]:
 def modes_of(fit: Fit, forms: Sequence[Variant] = (), beside: Fit | None = None) -> Task[Fit]:
     """The best mode of the effects of a fit, in these forms or any, that may come near another."""
     return lambda fitter: with_modes(fitter, fit, RULES.log_rival_odds, forms, beside)
+
+
+def shapes_of(fit: Fit) -> Task[Fit]:
+    """The best of its forms from every point at which their shapes are looked for."""
+    return lambda fitter: with_shapes(fitter, fit)
 
 
 def kind_of(noise: Noise) -> tuple[bool, bool, str]:
