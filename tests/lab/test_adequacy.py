@@ -126,13 +126,15 @@ def test_a_smooth_misfit_is_no_noise(times: float) -> None:
     assert again.source == "repeats" and again.p_value < RULES.left_chance
 
 
-@pytest.mark.parametrize("misfit_arcsec", [1.0, 2.0, 4.0])
-def test_a_correlation_that_a_fit_takes_from_a_misfit_is_no_scatter(misfit_arcsec: float) -> None:
-    """A law is smooth, and a fit may call it noise whose neighbours are alike, of up to four times
-    what is stated. Neighbours differ as little as is stated."""
-    found = adequate(campaign(1, misfit_arcsec=misfit_arcsec))
-    assert found.p_value < RULES.left_chance
+def test_a_correlation_that_a_fit_takes_from_a_misfit_is_no_scatter() -> None:
+    """A law is smooth, and a fit may call it noise whose neighbours are alike, of four times what
+    is stated. Neighbours differ as little as is stated, which alone tells."""
+    found = adequate(campaign(1, misfit_arcsec=4.0))
+    assert found.source == "stated" and found.p_value < RULES.left_chance
     assert found.expected_arcsec == pytest.approx(0.3, rel=0.1)
+    # Twice what is stated may be: it is as well known as by a few repeats.
+    twice = adequate(campaign(1, misfit_arcsec=2.0))
+    assert twice.source == "stated" and twice.p_value > RULES.left_chance
 
 
 def test_few_repeats_are_poor_evidence() -> None:

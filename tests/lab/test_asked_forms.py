@@ -25,6 +25,7 @@ HIDDEN: dict[str, dict[str, float]] = {
         "weakening_ratio": 8.0,
     },
     "hard_stop": {"taken_share": 0.8, "stop_torque_Nm": 14.0},
+    "loose_fixture": {"fixture_play_rad": 5e-4, "holding_torque_Nm": 9.0},
 }
 SIZES = {effect: next(iter(numbers)) for effect, numbers in HIDDEN.items()}
 

@@ -129,3 +129,25 @@ def test_a_play_that_a_weight_holds_to_one_flank_lies_off_zero_torque(play_arcse
     numbers = found.parameters(found.after, "backlash")
     for name, true in (("play_rad", play_arcsec * np.pi / 648000), ("centre_torque_Nm", 2.5)):
         assert numbers[name]["value"] == pytest.approx(true, rel=0.1), name
+
+
+@pytest.mark.parametrize("zero_Nm", [-0.3, 1.0])
+def test_a_torque_zero_beside_a_play_stays_possible(zero_Nm: float) -> None:
+    """Where neither bends anything else, both do the same; it was left out, or two numbers that
+    cancel were certain."""
+    torque = np.tile(LARGE, 2)
+    share = 0.5 * (torque - zero_Nm) / np.hypot(torque - zero_Nm, 0.1)
+    found = cbpt.diagnose(
+        SPRING, table((LARGE, 40 * share[: len(LARGE)]), (LARGE, 40 * share[: len(LARGE)]))
+    )
+    said = dict(found.verdict.perhaps) | dict.fromkeys(found.verdict.effects, 1.0)
+    assert said["backlash"] == 1.0 and said["torque_zero"] > 0.3, found.sentence
+    names = {u.name for u in found.after.unknowns}
+    assert not {"backlash.centre_torque_Nm", "torque_zero.zero_error_Nm"} <= names, names
+
+
+def test_a_play_off_zero_torque_is_compared_where_it_is_asked_for() -> None:
+    share = 0.5 + 0.5 * np.tanh((LARGE - 2.5) / 0.2)
+    small, large = (table((LARGE, play * share), seed=play) for play in (20, 40))
+    found = cbpt.change(SPRING, small, large, effects=["backlash:off centre, above"])
+    assert ("backlash", "up") in {(c.effect, c.direction) for c in found.changed}, found.sentence

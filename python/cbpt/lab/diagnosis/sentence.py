@@ -193,7 +193,7 @@ _REMEDY: dict[Why, str] = {
     "few readings": "Take three readings or more for each parameter",
     "scatter or law": "Repeat some readings under the same conditions, or take them closer "
     "together along a run",
-    "scatter unknown": "State u_elastic_angle, or repeat a run",
+    "scatter unknown": "Repeat a run at the same torques, or state u_elastic_angle if you know it",
     "uneven misfit": "Repeat runs in which it is large: noise differs from run to run, an effect "
     "comes again",
     "no prediction": "Measure more preloads and runs, and check the instruments",

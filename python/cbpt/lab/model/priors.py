@@ -73,6 +73,9 @@ class Variant:
 
     odds: float = 1.0
     """Prior odds of this form against the usual ones of its effect."""
+    instead: tuple[tuple[str, tuple[str, str]], ...] = ()
+    """Shapes of this form, each with the size of another effect (effect, size) that does the same
+    beside the usual form."""
 
     @property
     def directed(self) -> bool:
@@ -301,7 +304,10 @@ _TABLE: tuple[Variant, ...] = (
 """All forms of all effects; `low` is the least size that could matter."""
 
 VARIANTS = tuple(replace(v, high=_largest(v.effect, v.sizes[0])) for v in _TABLE)
-ON_REQUEST = ("distributed_friction", "rate_friction", "breakaway_friction", "hard_stop")
+ON_REQUEST = (
+    *("distributed_friction", "rate_friction", "breakaway_friction", "hard_stop"),
+    "loose_fixture",
+)
 """Effects that are fitted where the user asks for them; no diagnosis proposes them, but for
 `rate_friction`, which a lag of the torque would else be named for, and two of a torsion spring: the
 `hard_stop`, for which a stiffer one with a joint would, and `distributed_friction`, for which creep

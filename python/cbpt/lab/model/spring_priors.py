@@ -53,9 +53,12 @@ def library_of(
 ) -> tuple[Variant, ...]:
     """Every form of every effect that its reducer can have; of those that no diagnosis proposes,
     those asked for, by effect or form. beside: other campaigns that are fitted with this one: of
-    these the usual forms alone, as what real loops leave at all of them would choose a rare one."""
+    these the usual forms and those asked for alone, as what real loops leave at all of them would
+    choose a rare one."""
     forms = map(within_limits, _forms_of(campaign, asked, beside))
-    return tuple(v for v in forms if v is not None and (v.odds >= 1 or not beside))
+    return tuple(
+        v for v in forms if v is not None and (v.odds >= 1 or not beside or v.label in asked)
+    )
 
 
 def _forms_of(
@@ -217,7 +220,8 @@ def _plays(torque: float, angle: float, transition: Shape) -> Iterator[Variant]:
         (Shape("centre_torque_Nm", -most, -least, tuple(-m for m in grid)), "below"),
     ):
         form = _with(play, (transition, centre), f"off centre, {side}")
-        yield replace(form, odds=ODDS[""] / 2)
+        instead = (("centre_torque_Nm", ("torque_zero", "zero_error_Nm")),)
+        yield replace(form, odds=ODDS[""] / 2, instead=instead)
 
 
 def _loose_fixture(torque: float, angle: float) -> Variant:

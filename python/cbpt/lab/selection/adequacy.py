@@ -137,24 +137,16 @@ def _expected(fitter: Fitter, fit: Fit) -> tuple[float, float, Source]:
     scatter = estimate(weighing, fit.residual_arcsec, correlation)
     if scatter is not None and scatter.ratio:
         scale = _root_mean_square(c.u_reading_arcsec)
-        if c.u_stated and scatter.ratio > 1:
-            ratio, dof = _beside_the_stated(scatter, estimate(weighing, fit.residual_arcsec, 0.0))
-            return ratio * scale, dof, "scatter within runs"
+        as_they_are = estimate(weighing, fit.residual_arcsec, 0.0) if correlation else scatter
+        quick = as_they_are.ratio if as_they_are and as_they_are.ratio else scatter.ratio
+        if scatter.ratio > max(quick, 1.0):
+            # Neighbours are alike, by a correlation that the fit has from the misfit: that there is
+            # more scatter than is stated, and slow, nothing else tells.
+            return max(quick, 1.0) * scale, STATED_DOF, "stated"
         return scatter.ratio * scale, scatter.dof, "scatter within runs"
     if c.u_stated:
         return _root_mean_square(c.u_reading_arcsec), STATED_DOF, "stated"
     return float("nan"), 0.0, "nothing"
-
-
-def _beside_the_stated(scatter: Scatter, raw: Scatter | None) -> tuple[float, float]:
-    """The same over the stated uncertainty, where the correlation of a fit makes it more than that:
-    no more than neighbours differ by as they are, because the correlation is of the misfit. What is
-    stated is as well known as neighbours tell it, by the share of it that they show."""
-    if raw is None or not raw.ratio or not scatter.ratio:
-        return scatter.ratio or 1.0, scatter.dof
-    if raw.ratio >= 1:
-        return raw.ratio, raw.dof
-    return 1.0, max(STATED_DOF, raw.dof * raw.ratio**4)
 
 
 def _expected_behind(c: Campaign, scatter: Scatter | None) -> tuple[float, float, Source]:

@@ -66,9 +66,10 @@ Why = Literal[
     "input side",
 ]
 """Why nothing can be said: no answer has a probability of one half; fewer than about three readings
-for each free number; scatter and a law that is missing cannot be told apart, by their size alone or
-because what is left is larger in places and smooth there; what explains the readings does not
-predict those that are kept back; torques may be those of the input side."""
+for each free number; scatter and a law that is missing cannot be told apart, by their size alone,
+because nothing tells what is noise, or because what is left is larger in places and smooth there;
+what explains the readings does not predict those that are kept back; torques may be those of the
+input side."""
 
 
 @dataclass(frozen=True)
@@ -156,8 +157,12 @@ def _checked(
         verdict = _with_remains(competition, verdict)
     if verdict.lack_of_fit is None and departure_chance(fit) < rules.left_chance:
         verdict = _with_remains(competition, verdict, exact=True)
-    verdict = _with_what_comes_again(competition, verdict, rules)
+    untold = _scatter_untold(competition, verdict)
+    verdict = _with_what_comes_again(competition, verdict, rules, untold is not None)
     nothing = not (set(verdict.effects) - {OFFSET} or verdict.rivals or verdict.lack_of_fit)
+    # Where runs repeat each other, and what is left does not come again, it is noise.
+    if nothing and untold and law_left(fitter, fit, np.inf) is None:
+        return _undecided(competition, posterior, untold, rules)
     if (
         nothing
         and adequacy.source != "repeats"
@@ -165,9 +170,7 @@ def _checked(
     ):
         return _undecided(competition, posterior, "uneven misfit", rules)
     verdict = _beside_rest(competition, verdict, rules)
-    if adequacy.source == "nothing" and not competition.campaign.u_stated:
-        if nothing:
-            return _undecided(competition, posterior, "scatter unknown", rules)
+    if untold == "scatter unknown":
         verdict = _untested(verdict, rules)
     free = free_numbers(fitter, fit)
     if verdict.lack_of_fit is not None:
@@ -180,13 +183,23 @@ def _checked(
     return verdict
 
 
+def _scatter_untold(competition: Competition, verdict: Verdict) -> Why | None:
+    """Why nothing but the fit tells what is noise; None where something does."""
+    source = verdict.adequacy.source if verdict.adequacy else "nothing"
+    if source == "nothing" and not competition.campaign.u_stated:
+        return "scatter unknown"
+    claimed = {"correlated", "misstated"}
+    return "scatter or law" if source == "stated" and claimed <= set(verdict.noise) else None
+
+
 def _with_what_comes_again(
-    competition: Competition, verdict: Verdict, rules: DecisionRules
+    competition: Competition, verdict: Verdict, rules: DecisionRules, untold: bool
 ) -> Verdict:
-    """The verdict with what is left, where it comes again in repeated runs: beside a name, or where
-    readings that are far off count for less, as if they were loose."""
+    """The verdict with what is left, where it comes again in repeated runs: beside a name, where
+    nothing else tells what is noise (`untold`), or where readings that are far off count for less,
+    as if they were loose."""
     named = set(verdict.effects) - {OFFSET} or verdict.rivals
-    loose = competition.fits[verdict.names].noise.inflation is not None
+    loose = untold or competition.fits[verdict.names].noise.inflation is not None
     if not loose and (not named or competition.campaign.repeats):
         return verdict
     law = law_left(competition.fitter, competition.fits[verdict.names], rules.left_chance)

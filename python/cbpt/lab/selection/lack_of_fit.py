@@ -9,10 +9,10 @@ says_no_more               whether it is only what a fit has a name for
 held_out_with_lack_of_fit  readings less what the other folds and it predict of them
 
 Each family is a set of overlapping hats (or levels, or powers) and their products, so it holds any
-not too rough function of its columns. Over the torque there are smooth curves too, forms of one
-order, and of what began at one moment: a family that holds any curve pays for each, and a law that
-has a name and happens to look alike would win over something simple that has none. What a family
-explains is a sum of squares over its rank.
+not too rough function of its columns. A family that holds any curve pays for each of them, so a law
+with a name that happens to look alike would win over something simple without one. Therefore there
+are simple families over the torque as well: smooth curves, one order, what began at one moment.
+What a family explains is a sum of squares over its rank.
 """
 
 from __future__ import annotations
@@ -70,6 +70,9 @@ class Component:
     """Of the prior odds of a family: one of several forms of it has a part of them."""
     whole: bool = True
     """Whether it holds any curve, not a form of few numbers alone."""
+    smooth: bool = False
+    """Whether its patterns are the smaller the shorter they are, so that their number is no measure
+    of what it may follow."""
 
 
 def hats(values: Floats, knots: int) -> Floats:
@@ -213,7 +216,7 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
             share = 1 / 3 if name == "torque_Nm" else 1.0
             yield Component((name,), found[name], share)
     if "torque_smooth" in found:
-        yield Component(("torque_Nm",), found["torque_waves"], 1 / 3)
+        yield Component(("torque_Nm",), found["torque_waves"], 1 / 3, smooth=True)
         yield Component(("torque_Nm",), found["torque_smooth"][:, 1:], 1 / 3, whole=False)
     for name in _WITH_TORQUE:
         if name in found and "torque_smooth" in found:
@@ -327,8 +330,8 @@ class LackOfFit:
 
     @property
     def explained_arcsec(self) -> float:
-        """Root mean square of what the readings lose without it, all else refitted: a part of what
-        it amounts to may be that of an unknown, the other way round."""
+        """Root mean square of what the readings lose without it, all else refitted: an unknown may
+        cancel a part of the pattern."""
         with_it = self.problem.residual(self.amplitude, self.noise)
         without = self.problem.residual(None, self.noise)
         return math.sqrt(float(np.mean((without - with_it) ** 2)))
@@ -392,10 +395,8 @@ class Patterned:
         if amplitude is not None:
             return np.asarray(self.y - self.columns @ self.mode(amplitude, noise))
         c = self.fitter.campaign
-        whitener, unknowns = (
-            Whitener.of(noise, c.u_arcsec, c.rows),
-            self.columns[:, : len(self.precision)],
-        )
+        whitener = Whitener.of(noise, c.u_arcsec, c.rows)
+        unknowns = self.columns[:, : len(self.precision)]
         margin = Margin.of(whitener(self.y), whitener(unknowns), self.precision)
         return np.asarray(self.y - unknowns @ margin.mode)
 
@@ -418,9 +419,10 @@ def lacks_of_fit_on(
         scores = structure.scores(structure.projected(seen.margin.y)[:, None])
         shares = np.log([f.share for f in structure.families])
         odds = structure.log_odds(scores)[:, 0] + shares
-        foremost: dict[Names, int] = {}  # of the forms that depend on the same, the likeliest
+        # Of the forms that depend on the same, the likeliest, and the smooth one.
+        foremost: dict[tuple[Names, bool], int] = {}
         for i in ranked(odds.tolist()):
-            foremost.setdefault(structure.families[i].columns, i)
+            foremost.setdefault((structure.families[i].columns, structure.families[i].smooth), i)
         for i in list(foremost.values())[: _LIMITS.families]:
             if odds[i] > least:
                 tried[i] = structure.families[i]

@@ -28,11 +28,7 @@ from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import ODDS
 from cbpt.lab.selection.competition import Competition, Progress
 from cbpt.lab.selection.effort import EFFORT
-from cbpt.lab.selection.lack_of_fit import (
-    LackOfFit,
-    lacks_of_fit_on,
-    says_no_more,
-)
+from cbpt.lab.selection.lack_of_fit import LackOfFit, lacks_of_fit_on, says_no_more
 from cbpt.lab.selection.linear_screen import Screen
 from cbpt.lab.selection.linear_search import (
     Offer,
@@ -49,6 +45,7 @@ from cbpt.lab.selection.refits import (
     again,
     fitting,
     follows,
+    in_usual_forms,
     kind_of,
     modes_of,
     ranking,
@@ -92,8 +89,9 @@ def compete(
     contest.ask_the_instrument()
     contest.find_modes_of_best()
     contest.share_noise()
+    contest.settle()
+    contest.find_forms()
     contest.settle()  # each set with what was found last
-    contest.find_shapes()
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
     return contest.competition(unnamed, rng)
@@ -537,10 +535,14 @@ class _Contest:
         if not self.fits[top].modes_searched:
             self.put([top], [modes_of(self.fits[top])])
 
-    def find_shapes(self) -> None:
-        """Other shapes of the singles near the best: with another noise another one is the best."""
-        near = [names for names in self.near_best() if len(names) == 1]
-        self.put(near, [shapes_of(self.fits[names]) for names in near])
+    def find_forms(self) -> None:
+        """Other shapes of the singles near the best, as with another noise another one is best; and
+        sets with a rarer form in the usual one."""
+        near = self.near_best()
+        alone = [names for names in near if len(names) == 1]
+        self.put(alone, [shapes_of(self.fits[names]) for names in alone])
+        usual = [task for n in near for task in in_usual_forms(self.fitter, self.fits[n])]
+        self.crew.each(usual, self.keep)
 
     def unnamed(self) -> list[tuple[float, LackOfFit]]:
         """Lack of fit without a name on the best set and in place of some of its effects or of all,

@@ -5,6 +5,7 @@ ranking       the same, to be ranked among many: its search ends earlier
 again         the same effects from their values, under another noise
 modes_of      the best mode of the effects of a fit
 shapes_of     the best of its forms, wherever their shapes are looked for
+in_usual_forms  a set with a rarer form in the usual one
 without_idle  a fit without the effects that it put to nothing
 follows       how well a fit follows the readings
 kind_of       what a noise has that a fit keeps to
@@ -12,7 +13,7 @@ kind_of       what a noise has that a fit keeps to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,25 @@ def modes_of(fit: Fit, forms: Sequence[Variant] = (), beside: Fit | None = None)
 def shapes_of(fit: Fit) -> Task[Fit]:
     """The best of its forms from every point at which their shapes are looked for."""
     return lambda fitter: with_shapes(fitter, fit)
+
+
+def in_usual_forms(fitter: Fitter, fit: Fit) -> Iterator[Task[Fit | None]]:
+    """A set with a rarer form in the usual one, beside the effect that does the same: which of both
+    it is, their odds alone tell."""
+    for rare in fit.hypothesis.variants:
+        instead = dict(rare.instead)
+        usual = next((v for v in fitter.variants if v.effect == rare.effect and v.odds >= 1), None)
+        for shape, (effect, size) in instead.items():
+            other = next((v for v in fitter.variants if v.effect == effect), None)
+            if usual is None or other is None:
+                continue
+            rest = [v for v in fit.hypothesis.variants if v not in (rare, other)]
+            start = fitter.start(Hypothesis((usual, other, *rest)), {})
+            place, neutral = fitter.place(rare.effect, shape), fitter.neutral(rare.effect, shape)
+            kept = [u.index for u in fit.unknowns if u.index != place]
+            start[kept] = fit.point.values[kept]
+            start[fitter.place(effect, size)] += fit.point.values[place] - neutral
+            yield fitting(Hypothesis((usual, other, *rest)), start, fit.noise)
 
 
 def kind_of(noise: Noise) -> tuple[bool, bool, str]:
