@@ -191,8 +191,8 @@ _WHY: dict[Why, str] = {
 _REMEDY: dict[Why, str] = {
     "no answer is probable": "Measure more, with other preloads, torques and angles",
     "few readings": "Take three readings or more for each parameter",
-    "scatter or law": "Repeat some readings under the same conditions, or take them closer "
-    "together along a run",
+    "scatter or law": "Repeat a run at the same torques, or some readings under the same "
+    "conditions; or take them closer together along a run, if they are far apart",
     "scatter unknown": "Repeat a run at the same torques, or state u_elastic_angle if you know it",
     "uneven misfit": "Repeat runs in which it is large: noise differs from run to run, an effect "
     "comes again",
