@@ -199,8 +199,8 @@ def _with_what_comes_again(
     nothing else tells what is noise (`untold`), or where readings that are far off count for less,
     as if they were loose."""
     named = set(verdict.effects) - {OFFSET} or verdict.rivals
-    loose = untold or competition.fits[verdict.names].noise.inflation is not None
-    if not loose and (not named or competition.campaign.repeats):
+    doubtful = untold or competition.fits[verdict.names].noise.inflation is not None
+    if not doubtful and (not named or competition.campaign.repeats):
         return verdict
     law = law_left(competition.fitter, competition.fits[verdict.names], rules.left_chance)
     return verdict if law is None else _with_remains(competition, replace(verdict, adequacy=law))

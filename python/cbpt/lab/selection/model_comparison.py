@@ -5,8 +5,9 @@ compete  screen, fit, weigh -> Competition
 Order: the setting (a first fit of the drive as stated, readings that scatter more, the library at a
 glance); single effects that may matter, and the pairs and triples that the linear search offers (of
 a torsion spring also two to four large effects at once), fitted in full; sets of one effect more,
-less or another than the best; lack of fit that no effect names, on top of the best and in place of
-some of its effects. All are weighed by evidence and prior odds, so no order of asking decides.
+less or another than the best; shapes and usual forms once more; lack of fit that no effect names,
+on top of the best and in place of some of its effects. All are weighed by evidence and prior odds,
+so no order of asking decides.
 """
 
 from __future__ import annotations
