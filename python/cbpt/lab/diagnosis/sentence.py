@@ -178,8 +178,8 @@ _WHY: dict[Why, str] = {
     "no answer is probable": "neither one effect nor one of a group of them is certain, and that "
     "nothing is missing is not certain either",
     "few readings": "there are too few readings for the parameters that would have to be fitted",
-    "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate by "
-    "more than the stated uncertainty, and no reading was repeated",
+    "scatter or law": "the misfit could be scatter or a missing effect: the readings deviate "
+    "from the model by more than the stated uncertainty, and no reading was repeated",
     "scatter unknown": "what is left could be noise or a missing effect: neither a stated "
     "uncertainty, nor repeats, nor how neighbouring readings differ tell what is noise",
     "uneven misfit": "the misfit could be noise or a missing effect: it is larger at some torques "
@@ -193,7 +193,8 @@ _REMEDY: dict[Why, str] = {
     "few readings": "Take three readings or more for each parameter",
     "scatter or law": "Repeat a run at the same torques, or some readings under the same "
     "conditions; or take them closer together along a run, if they are far apart",
-    "scatter unknown": "Repeat a run at the same torques, or state u_elastic_angle if you know it",
+    "scatter unknown": "Repeat a run at the same torques, or state the standard uncertainty "
+    "of the angles (u_elastic_angle) if you know it",
     "uneven misfit": "Repeat runs in which it is large: noise differs from run to run, an effect "
     "comes again",
     "no prediction": "Measure more preloads and runs, and check the instruments",

@@ -25,7 +25,7 @@ NAMES = {
     "preload_crosstalk": "a preload that depends on the torque",
     "preload_scale": "a wrong gain of the preload readings",
     "shaft_shift": "a sideways shift of the output shaft under load",
-    "loose_fixture": "a fixture that turns in its play",
+    "loose_fixture": "a fixture that slips through its clearance",
     "sensor_hysteresis": "hysteresis of the angle sensor or slack of its coupling",
     "sensor_gain": "a wrong gain of the angle sensor",
     "sensor_nonlinearity": "a nonlinear angle sensor",
