@@ -383,10 +383,12 @@ def test_sensitivities_and_contributions_have_their_shapes() -> None:
         (0, "creep", "compliance_rad_per_Nm"),
         (0, "creep", "time_constant_s"),
         (0, "creep", "superposed_compliance_rad_per_Nm"),
+        (0, "creep", "power_compliance_rad_per_Nm"),
+        (0, "creep", "growth_exponent"),
         (1, "contact_stiffness", "stiffness_scale"),
     ]
-    values = np.array([6e-7, 20.0, 0.0, 0.9])
-    prediction = found.predict(values, [3, 0])
+    values = np.array([6e-7, 20.0, 0.0, 0.0, 0.3, 0.9])
+    prediction = found.predict(values, [5, 0])
     count = len(ROWS)
     assert prediction.angle_rad.shape == (count,) and prediction.sensitivities.shape == (count, 2)
     assert prediction.carrying.shape == (count, 2) and prediction.regime.shape == (count,)

@@ -481,7 +481,8 @@ def test_no_form_is_quicker_than_the_readings_follow_each_other(step_s: float) -
     time = step_s * np.arange(len(campaign), dtype=np.float64)
     readings = replace(campaign.readings, time_s=time)
     fitter = Fitter(replace(campaign, readings=readings))
-    creep = [v for v in fitter.variants if v.effect == "creep"]
+    # A power of time has no time constant, so it is as quick as any readings.
+    creep = [v for v in fitter.variants if v.effect == "creep" and "power" not in v.name]
     assert bool(creep) == (step_s < 1e4)
     for shape in (s for v in creep for s in v.shapes):
         assert step_s <= shape.low <= min(shape.grid) and max(shape.grid) <= shape.high

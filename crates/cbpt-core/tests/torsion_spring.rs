@@ -278,8 +278,9 @@ fn typical(id: &str, stem: &str) -> f64 {
         ("output_torsion", "stiffening") => 0.02,
         ("output_torsion", "stop_torque") => 17.3,
         ("output_torsion", "opening_torque") => 3.7,
-        ("creep", "compliance" | "superposed_compliance")
+        ("creep", "compliance" | "superposed_compliance" | "power_compliance")
         | (_, "reference_deflection" | "clearance" | "offset_sine" | "offset_cosine") => 2e-5,
+        ("creep", "growth_exponent") => 0.3,
         (_, "friction_torque") => 3.0,
         (_, "zero_error") => 0.31,
         (_, "zero_drift") => 6e-3,

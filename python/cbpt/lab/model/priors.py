@@ -122,14 +122,37 @@ _ENGAGEMENT = _shape(
     log=True,
 )
 BUILD_UP = _shape("friction_hysteresis", "build_up_exponent", (0.3,))
-CREEP = ("compliance_rad_per_Nm", ""), ("superposed_compliance_rad_per_Nm", "superposed")
-"""Size and name of each form of creep."""
+_TIME = _shape("creep", "time_constant_s", (2.0, 10.0, 50.0, 400.0), log=True)
+_POWER = _shape("creep", "growth_exponent", (0.2, 0.4))
+_MINUTE = ("time_constant_s", 60.0)
+
+
+def creeps(form: Variant, time: Shape) -> tuple[Variant, ...]:
+    """All forms of creep: with the logarithm of the time since the run began, or since each step of
+    torque; with a power of that, of which the size is what a minute adds: the law of polymers,
+    which is the rarer one in a reducer, and of a small power hardly another than friction."""
+    form = replace(form, needs="time_s")
+    return (
+        replace(form, shapes=(time,)),
+        replace(
+            form, sizes=("superposed_compliance_rad_per_Nm",), shapes=(time,), name="superposed"
+        ),
+        replace(
+            form,
+            sizes=("power_compliance_rad_per_Nm",),
+            shapes=(_POWER,),
+            fixed=(_MINUTE,),
+            name="power of time",
+            odds=0.1,
+        ),
+    )
+
+
 LAG = "time_constant_s", (120.0, 500.0)
 """Time constant of a part that follows the measured temperature, and where to look for it."""
 SETTLING = _shape("run_in", "settling_cycles", (1.0, 5.0), log=True)
 ASYMMETRY = _shape("output_torsion", "asymmetry", (-0.8, 0.8))
 _CLAMPED = _shape("output_torsion", "preload_exponent", (0.6,))
-_TIME = _shape("creep", "time_constant_s", (2.0, 10.0, 50.0, 400.0), log=True)
 
 
 def _ring(*sizes: float) -> tuple[tuple[float, float], ...]:
@@ -296,10 +319,7 @@ _TABLE: tuple[Variant, ...] = (
         )
     ),
     Variant("wear", ("lost_share_per_s",), 1e-7, _OF_CORE, needs="time_s"),
-    *(
-        Variant("creep", (size,), 1e-9, _OF_CORE, shapes=(_TIME,), name=name, needs="time_s")
-        for size, name in CREEP
-    ),
+    *creeps(Variant("creep", ("compliance_rad_per_Nm",), 1e-9, _OF_CORE), _TIME),
 )
 """All forms of all effects; `low` is the least size that could matter."""
 

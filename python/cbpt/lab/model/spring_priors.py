@@ -23,7 +23,6 @@ from cbpt.lab.model.priors import (
     ARCSEC,
     ASYMMETRY,
     BUILD_UP,
-    CREEP,
     EXPONENT,
     LAG,
     ODDS,
@@ -33,6 +32,7 @@ from cbpt.lab.model.priors import (
     Shape,
     Variant,
     constant_frictions,
+    creeps,
     crosstalks,
     joints,
     sensor_hystereses,
@@ -319,8 +319,7 @@ def _of_spring(campaign: Campaign) -> Iterator[Variant]:
         run = max(_longest_run(campaign), 1e-3 * length)
         time = _ranged("time_constant_s", run, 1e-3, 10.0, (0.01, 0.05, 0.2, 1.0))
         compliance = angle / torque
-        for size, name in CREEP:
-            yield _with(_of("creep", (size,), compliance, 1e-4, 1.0), (time,), name, "time_s")
+        yield from creeps(_of("creep", ("compliance_rad_per_Nm",), compliance, 1e-4, 1.0), time)
         drift = _signed(_of("drift", ("rate_rad_per_s",), angle / length, 1e-3, 1.0), name="time")
         yield replace(drift, needs="time_s")
         yield from warm_ups(length, 1e-3 * angle, angle)
