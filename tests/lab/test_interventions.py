@@ -293,7 +293,7 @@ def test_a_state_that_is_measured_twice_did_not_change_where_no_effect_is_named(
 
 def test_what_remains_is_told_by_the_runs_of_the_table() -> None:
     """And not by their places, which begin with 0."""
-    part = part_of("conic_pccf_1", "initial")
+    part = part_of("conic_pccf_1", "preload_5")
     found = cbpt.diagnose(DATA / "reducer.toml", part)
     assert found.verdict.lack_of_fit is not None and "run" in found.verdict.lack_of_fit.columns
     told = {line.partition(":")[0] for line in shape_of(found)}

@@ -79,3 +79,24 @@ def test_a_law_that_comes_again_is_told(stated_arcsec: float | None) -> None:
         table["u_elastic_angle_arcsec"] = np.full(len(torque), stated_arcsec)
     found = cbpt.diagnose(SPRING, table)
     assert found.remains() is not None, found.sentence
+
+
+@pytest.mark.parametrize("how", ["grows", "differs from run to run"])
+def test_waves_over_the_torque_that_change_have_no_name(how: str) -> None:
+    """The ones that grow with time were a stiffness curve, for certain, beside noise of 1.8 times
+    what is stated; those that differ from run to run were such noise alone."""
+    rng = np.random.default_rng(1)
+    torque = np.tile(LOOP, 3) + rng.normal(0, 0.02, 3 * len(LOOP))
+    run = np.repeat([0, 1, 2], len(LOOP))
+    time = 2.0 * np.arange(len(torque))
+    by = time / time[-1] if how == "grows" else np.array([1.0, -1.0, 0.3])[run]
+    law = np.sin(np.pi * torque / 5) * by
+    table = {
+        "run": run,
+        "time_s": time,
+        "torque_Nm": torque,
+        "elastic_angle_arcsec": 60 * torque + 3 * law / law.std() + rng.normal(0, 1, len(torque)),
+        "u_elastic_angle_arcsec": np.ones(len(torque)),
+    }
+    found = cbpt.diagnose(SPRING, table)
+    assert found.verdict.kind == "unknown", found.sentence

@@ -105,6 +105,11 @@ def waves(values: Floats) -> Floats:
     return np.asarray(np.cos(np.pi * share[:, None] * count) * large)
 
 
+def slow_waves(values: Floats) -> Floats:
+    """The same from a constant on, of which few matter: what changes slowly."""
+    return np.column_stack([np.ones(len(values)), waves(values)[:, : 2 * _LIMITS.large_waves]])
+
+
 def turn(angle_deg: Floats) -> Floats:
     """Distinct angles, or the first eight harmonics where there are many."""
     wrapped = np.round(np.mod(angle_deg, 360.0), 6)
@@ -128,15 +133,15 @@ def bases(readings: Readings) -> dict[str, Floats]:
         found["preload_step"] = levels(r.preload_step)
     found["input_angle_deg"] = turn(r.input_angle_deg)
     found["direction"] = levels(r.direction())
+    even = {"torque_rate": np.abs(rate_of(r))} if r.time_s is not None else {}
     if r.time_s is not None:
-        found["time_s"] = hats(r.time_s, 8)
-        since = run_time(readings)
-        found["run_time_s"] = hats(since, 5)
-        rate = np.abs(rate_of(readings))
-        found["torque_rate"] = hats(rate, 8)
+        even |= {"time_s": r.time_s, "run_time_s": run_time(r)}
     else:
         # Time went on though nobody wrote it down.
-        found["order"] = hats(np.arange(float(len(r))), 8)
+        even["order"] = np.arange(float(len(r)))
+    for name, values in even.items():
+        found[name] = hats(values, 5 if name == "run_time_s" else 8)
+        found[_smooth_of(name)] = slow_waves(values)
     found["later"] = _later(r)
     if r.temperature_degC is not None:
         found["temperature_degC"] = hats(r.temperature_degC, 4)
@@ -220,7 +225,7 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
         yield Component(("torque_Nm",), found["torque_smooth"][:, 1:], 1 / 3, whole=False)
     for name in _WITH_TORQUE:
         if name in found and "torque_smooth" in found:
-            yield from _over_torque(("torque_Nm", name), found["torque_smooth"], found[name])
+            yield from _over_torque(name, found)
     yield from _from_a_moment(found)
     if {"torque_smooth", "direction", "preload_N"} <= found.keys():
         loads = product([found["torque_Nm"], found["preload_N"]])
@@ -231,12 +236,21 @@ def _components(found: dict[str, Floats], n: int) -> Iterator[Component]:
         yield Component(("torque_Nm", "direction", "preload_N"), product(three))
 
 
-def _over_torque(columns: Names, torque: Floats, other: Floats) -> Iterator[Component]:
-    """A curve of the torque at each value of another column, or one order of it alone: a gain of
-    each is less than a curve of each, and costs a quarter."""
+def _over_torque(name: str, found: dict[str, Floats]) -> Iterator[Component]:
+    """A curve of the torque at each value of another column, a smooth one with waves, or one order
+    of it alone: a gain of each is less than a curve of each, and costs a fifth."""
+    columns, other, torque = ("torque_Nm", name), found[name], found["torque_smooth"]
     forms = [torque, *_orders(torque)]
+    share = 1 / (len(forms) + 1)
     for form in forms:
-        yield Component(columns, product([form, other]), 1 / len(forms), form is torque)
+        yield Component(columns, product([form, other]), share, form is torque)
+    other = found.get(_smooth_of(name), other)
+    yield Component(columns, product([found["torque_waves"], other]), share, smooth=True)
+
+
+def _smooth_of(name: str) -> str:
+    """Where a column that goes on evenly has its smooth curves."""
+    return f"{name}, smooth"
 
 
 def _orders(torque: Floats) -> list[Floats]:
