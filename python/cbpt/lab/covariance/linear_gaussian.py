@@ -138,6 +138,10 @@ class Noise:
     artefact: Artefact | None = None
     """What the instrument does to many readings at once."""
 
+    instrument_arcsec: Floats | None = None
+    """What the two of these most probably do to each reading, where one fit tells it for others:
+    else another fit, seen through this noise, has its misfit taken for them."""
+
     @property
     def numbers(self) -> int:
         """How many numbers it has beside its scale."""
@@ -164,8 +168,8 @@ class Noise:
 
     def sized(self, factor: float) -> Noise:
         """So many times as large, all of it."""
-        of_each = self.rounding_arcsec, self.torque_arcsec
-        rounding, torque = (None if a is None else a * factor for a in of_each)
+        of_each = self.rounding_arcsec, self.torque_arcsec, self.instrument_arcsec
+        rounding, torque, done = (None if a is None else a * factor for a in of_each)
         artefact = None if self.artefact is None else self.artefact.sized(factor)
         held = None if self.held is None else self.held.sized(factor)
         return replace(
@@ -176,12 +180,13 @@ class Noise:
             torque_arcsec=torque,
             held=held,
             artefact=artefact,
+            instrument_arcsec=done,
         )
 
     def select(self, rows: NDArray[np.bool_]) -> Noise:
         """That of some of the readings."""
-        of_each = self.inflation, self.rounding_arcsec, self.torque_arcsec
-        inflation, rounding, torque = (None if a is None else a[rows] for a in of_each)
+        of_each = self.inflation, self.rounding_arcsec, self.torque_arcsec, self.instrument_arcsec
+        inflation, rounding, torque, done = (None if a is None else a[rows] for a in of_each)
         artefact = None if self.artefact is None else self.artefact.select(rows)
         held = None if self.held is None else self.held.select(rows)
         return replace(
@@ -191,6 +196,7 @@ class Noise:
             torque_arcsec=torque,
             held=held,
             artefact=artefact,
+            instrument_arcsec=done,
         )
 
 

@@ -25,7 +25,7 @@ from cbpt.lab.covariance.repeatability import no_uncertainty_of, pooled
 from cbpt.lab.covariance.repeated_runs import kinds_of_runs, most_correlation
 from cbpt.lab.covariance.within_run import estimate
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
-from cbpt.lab.diagnosis.diagnosis_data import Rung, finished
+from cbpt.lab.diagnosis.diagnosis_data import Rung, finished, noises_of
 from cbpt.lab.diagnosis.fit_text import (
     at_limits,
     beyond_likely,
@@ -238,22 +238,22 @@ def _ladder(
     """From the drive as stated to the answer, and one step further."""
     fitter, fits, names = competition.fitter, competition.fits, verdict.names
     # One noise judges every rung: a fit without the effect may take the effect for noise.
-    lack_of_fit = verdict.lack_of_fit
-    noise = fits[names].noise if lack_of_fit is None else lack_of_fit.noise
+    lack_of_fit, noises = verdict.lack_of_fit, noises_of(competition, verdict)
 
-    def seen(added: str, fit: Fit) -> Rung:
+    def seen(added: str, fit: Fit, names: Names) -> Rung:
+        noise = noises.of(names)
         return rung_of(fitter, added, fitter.look(finished(fitter, fit, noise), noise), fold)
 
-    yield seen("", nominal)
-    yield seen("parameters refitted", fits[()])
+    yield seen("", nominal, ())
+    yield seen("parameters refitted", fits[()], ())
     for reached, added in path(names, fits):
-        yield seen(added, fits[reached])
+        yield seen(added, fits[reached], reached)
     further = _one_more(competition, names)
     if lack_of_fit is not None:
         yield rung_of_lack_of_fit(lack_of_fit, fold)
     elif further:
         added = next(iter(set(further) - set(names)))
-        yield seen(added, fits[further])
+        yield seen(added, fits[further], further)
 
 
 def prepared(campaign: Campaign) -> tuple[Campaign, list[str]]:

@@ -2,12 +2,15 @@
 
 Rung             one step of the ladder of errors
 finished         a fit whose search is brought to its end
+noises_of        the noise through which the models of an answer are looked at
 DiagnosisData    the answer with all it rests on, without its words
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,10 +21,11 @@ from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Closing, Fit
 from cbpt.lab.inference.fit import Fitter
-from cbpt.lab.inference.residuals import without_offsets
+from cbpt.lab.inference.residuals import told_by, without_offsets
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
+from cbpt.lab.selection.posterior import UNKNOWN
 from cbpt.lab.selection.setting import Names
 
 Floats = NDArray[np.float64]
@@ -75,6 +79,33 @@ def finished(fitter: Fitter, fit: Fit, noise: Noise) -> Fit:
     return fitter.look(replace(found, discrepancy_sd=fit.discrepancy_sd), noise)
 
 
+@dataclass(frozen=True, eq=False)
+class Noises:
+    """The noise of an answer, through which all models are looked at: a fit without an effect may
+    take the effect for noise."""
+
+    answer: Names
+    own: Noise
+    told: Noise
+    """The same with what the instrument does as the answer shows it."""
+
+    def of(self, names: Collection[str]) -> Noise:
+        """For a set of effects. One that has less than the answer has its misfit for no instrument
+        that wanders; any other tells itself what the instrument does."""
+        return self.told if set(names) < set(self.answer) else self.own
+
+
+def noises_of(competition: Competition, verdict: Verdict) -> Noises:
+    """Those of the best fit, or of what it leaves without a name."""
+    campaign, names, lack = competition.campaign, verdict.names, verdict.lack_of_fit
+    if lack is None:
+        fit = competition.fits[names]
+        return Noises(names, fit.noise, told_by(campaign, fit.residual_arcsec, fit.noise))
+    residual = lack.problem.residual(lack.amplitude, lack.noise)
+    told = told_by(campaign, residual, lack.noise)
+    return Noises((*names, UNKNOWN), lack.noise, told)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisData:
     """The answer with all it rests on."""
@@ -118,21 +149,23 @@ class DiagnosisData:
     def residual_before_arcsec(self) -> Floats:
         """Shape (n,); offsets of runs taken off where the noise has them."""
         c = self.competition.campaign
-        return without_offsets(c, self.before.residual_arcsec, self.noise)
+        return without_offsets(c, self.before.residual_arcsec, self.noises.of(()))
 
     @property
     def residual_after_arcsec(self) -> Floats:
         """Shape (n,); offsets of runs taken off where the noise has them."""
         c = self.competition.campaign
-        return without_offsets(c, self.after.residual_arcsec, self.noise)
+        return without_offsets(c, self.after.residual_arcsec, self.noises.of(self.verdict.names))
+
+    @cached_property
+    def noises(self) -> Noises:
+        """Through which all models are looked at."""
+        return noises_of(self.competition, self.verdict)
 
     @property
     def noise(self) -> Noise:
-        """The noise of the answer, through which all models are looked at: a fit without an effect
-        may take the effect for noise."""
-        return (
-            self.after.noise if self.verdict.lack_of_fit is None else self.verdict.lack_of_fit.noise
-        )
+        """That of the answer."""
+        return self.noises.own
 
     @property
     def ladder_says(self) -> str | None:

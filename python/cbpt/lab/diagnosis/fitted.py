@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -31,7 +31,7 @@ from cbpt.lab.inference.estimates import parameters_of
 from cbpt.lab.inference.evidence import Closing, Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.prediction import AtLoad, Load, angle_at, load_of_choice
-from cbpt.lab.inference.residuals import zeros_out
+from cbpt.lab.inference.residuals import told_by, zeros_out
 from cbpt.lab.inference.results import Results, results_of
 from cbpt.lab.model.own_terms import campaign_of, chosen
 from cbpt.lab.model.priors import PRIORS
@@ -265,7 +265,9 @@ def fit(
         names = tuple(dict.fromkeys(e.partition(":")[0] for e in ids))
         found = best_fit(fitter, ids)
         fold, held_by = folds(campaign)
-        nominal = fitter.at_nominal(found)
+        # One noise judges both, with what the instrument does as the fit shows it.
+        noise = told_by(campaign, found.residual_arcsec, found.noise)
+        nominal = fitter.at_nominal(replace(found, noise=noise))
         return Fitted(
             case_or_why=_case_or_why(case, fitter, found),
             readings=campaign.readings,

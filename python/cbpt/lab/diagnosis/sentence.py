@@ -11,7 +11,6 @@ from cbpt._core import Drive
 from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
 from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
-from cbpt.lab.inference.residuals import rmse_of
 from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
 from cbpt.lab.selection.decision import Why
 from cbpt.lab.selection.rest import remains_arcsec
@@ -244,8 +243,7 @@ def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
     if lack is None:
         return ""
     left = remains_arcsec(lack, d.verdict.adequacy)
-    campaign = d.competition.campaign
-    share = 1 - (rmse_of(campaign, d.after) / rmse_of(campaign, d.before)) ** 2
+    share = 1 - np.mean(d.residual_after_arcsec**2) / np.mean(d.residual_before_arcsec**2)
     explained = f" What is named explains {percent(share)} of the misfit." if share > 0 else ""
     return (
         f"{explained} A misfit of {angle.text(left)} remains that no effect of the library "

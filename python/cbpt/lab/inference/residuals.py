@@ -2,6 +2,7 @@
 
     left_by         residuals of a fit, less the offset of each run where runs have their own
     without_offsets the same of any residuals
+    told_by         a noise that knows what the instrument does, as one fit shows it
     zero_per_run    whether every run has a zero of its own
     zeros_out       which offsets are subtracted, in words
     rmse_of         their root mean square
@@ -36,27 +37,49 @@ def left_by(campaign: Campaign, fit: Fit) -> Floats:
 def without_offsets(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
     """Nor what an artefact of the instrument or the error of a mean torque does; arcsec, shape
     (n,)."""
-    if not zero_per_run(campaign, noise) and noise.artefact is None and noise.held is None:
-        return residual_arcsec
-    index, weight = campaign.rows.run_index, campaign.u_arcsec**-2.0
-    if noise.inflation is not None:
-        weight = weight / noise.inflation**2
-
-    def centred(values: Floats) -> Floats:
-        offset = np.bincount(index, weight * values) / np.bincount(index, weight)
-        return np.asarray(values - offset[index])
-
-    by_run = zero_per_run(campaign, noise)
-    found = centred(residual_arcsec) if by_run else residual_arcsec
-    if noise.held is not None:
-        found = found - noise.held.most_probable(found, weight / noise.scale**2)
-    if noise.artefact is None:
+    found = _centred(campaign, residual_arcsec, noise)
+    if noise.artefact is None and noise.held is None:
         return found
-    artefact = noise.artefact
-    if by_run:
-        columns = np.column_stack([centred(c) for c in artefact.columns_arcsec.T])
-        artefact = replace(artefact, columns_arcsec=columns)
-    return without(artefact, found, weight / noise.scale**2)
+    if noise.instrument_arcsec is not None:
+        return np.asarray(found - noise.instrument_arcsec)
+    return np.asarray(found - _instrument(campaign, found, noise))
+
+
+def told_by(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Noise:
+    """The noise, with what the instrument does as these residuals show it: the same for every fit
+    that is looked at through it, as a misfit may look like an instrument that wanders."""
+    if noise.artefact is None and noise.held is None:
+        return noise
+    found = _centred(campaign, residual_arcsec, noise)
+    return replace(noise, instrument_arcsec=_instrument(campaign, found, noise))
+
+
+def _centred(campaign: Campaign, values: Floats, noise: Noise) -> Floats:
+    """Less the offset of each run, where runs have their own."""
+    if not zero_per_run(campaign, noise):
+        return values
+    index, weight = campaign.rows.run_index, _weight(campaign, noise)
+    offset = np.bincount(index, weight * values) / np.bincount(index, weight)
+    return np.asarray(values - offset[index])
+
+
+def _instrument(campaign: Campaign, residual_arcsec: Floats, noise: Noise) -> Floats:
+    """What the instrument most probably does to centred residuals, arcsec, shape (n,)."""
+    weight = _weight(campaign, noise) / noise.scale**2
+    left = residual_arcsec
+    if noise.held is not None:
+        left = left - noise.held.most_probable(left, weight)
+    if noise.artefact is not None:
+        columns = noise.artefact.columns_arcsec.T
+        columns = np.column_stack([_centred(campaign, c, noise) for c in columns])
+        left = without(replace(noise.artefact, columns_arcsec=columns), left, weight)
+    return np.asarray(residual_arcsec - left)
+
+
+def _weight(campaign: Campaign, noise: Noise) -> Floats:
+    """Of each reading, but for the scale of the noise, 1/arcsec^2."""
+    weight = campaign.u_arcsec**-2.0
+    return np.asarray(weight if noise.inflation is None else weight / noise.inflation**2)
 
 
 def zero_per_run(campaign: Campaign, noise: Noise) -> bool:

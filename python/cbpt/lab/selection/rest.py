@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from cbpt.lab.inference.evidence import Fit
-from cbpt.lab.inference.residuals import rmse_of
+from cbpt.lab.inference.residuals import rmse_of, told_by
 from cbpt.lab.selection.adequacy import Adequacy
 from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.lack_of_fit import LackOfFit
@@ -49,9 +49,10 @@ def beside_rest(competition: Competition, names: Names, rest: float) -> dict[str
     """
     campaign, fits = competition.campaign, competition.fits
     fit = fits[names]
+    noise = told_by(campaign, fit.residual_arcsec, fit.noise)
 
     def left_arcsec(other: Fit) -> float:
-        return rmse_of(campaign, competition.fitter.look(other, fit.noise))
+        return rmse_of(campaign, competition.fitter.look(other, noise))
 
     left = left_arcsec(fit)
     found = {}

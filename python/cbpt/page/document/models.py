@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cbpt._core import Case, Drive, OwnEffect
 from cbpt.errors import InvalidInputError
+from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.covariance.one_thread import one_blas_thread
 from cbpt.lab.diagnosis.diagnosis import Diagnosis
 from cbpt.lab.diagnosis.fit_text import parameter_words
@@ -119,11 +120,11 @@ class Models:
     ) -> Model:
         c = self.diagnosis.competition
         # One noise judges all, as in the ladder; the numbers of a fit stay its own.
-        look = bench.fitter.look(fit, bench.noise)
+        look = bench.fitter.look(fit, self.diagnosis.noises.of(effects))
         model = self.predicted(bench, look)
         # Runs with offsets of their own are drawn on top of each other.
         level = self._whole.y_arcsec - self.zero
-        left = self._left(self._whole.y_arcsec - model)
+        left = self._left(self._whole.y_arcsec - model, look.noise)
         entry = rows_of(key, role, label, effects, level, level - left)
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         names = tuple(effects)
@@ -179,12 +180,12 @@ class Models:
         zero[runs[self.used]] = fit.offsets_arcsec[self._bench.fitter.campaign.rows.run_index]
         return np.asarray(zero[runs])
 
-    def _left(self, residual: Floats) -> Floats:
+    def _left(self, residual: Floats, noise: Noise) -> Floats:
         """A residual without the offset of each run, where runs have their own; of readings that
-        were judged as the diagnosis has it."""
+        were judged as the diagnosis has it, through a noise of it."""
         d = self.diagnosis
         left = residual.copy()
-        left[self.used] = without_offsets(d.competition.campaign, residual[self.used], d.noise)
+        left[self.used] = without_offsets(d.competition.campaign, residual[self.used], noise)
         if zero_per_run(d.competition.campaign, d.noise):
             there = np.isfinite(residual) & self._telling
             weight = np.where(there, self._whole.u_arcsec**-2.0, 0.0)
@@ -199,7 +200,7 @@ class Models:
     def _zeros(self, fit: Fit) -> Floats:
         """The offset of the run of each reading, fitted to it or part of the noise."""
         residual = self._whole.y_arcsec - self.predicted(self._bench, fit)
-        zero = residual - self._left(residual)
+        zero = residual - self._left(residual, self.diagnosis.noise)
         if self._whole.offsets.shape[1] > 1:
             if self.used.all():
                 zero = zero + self._whole.offsets @ fit.offsets_arcsec
@@ -244,7 +245,7 @@ class Models:
         model[self.used] = d.competition.campaign.y_arcsec - residual
         label = free_function(pattern.columns)
         level = self._whole.y_arcsec - self.zero
-        left = self._left(self._whole.y_arcsec - model)
+        left = self._left(self._whole.y_arcsec - model, pattern.noise)
         entry = rows_of(UNKNOWN, "unknown", label, (), level, level - left)
         return entry | {
             "held_out_rmse_arcsec": d.ladder[-1].held_out_rmse_arcsec,
@@ -317,7 +318,7 @@ class Models:
 
     def _rung(self, bench: Bench, effects: Sequence[str]) -> Rung:
         """One step of the ladder."""
-        look = bench.fitter.look(bench.fit(effects), bench.noise)
+        look = bench.fitter.look(bench.fit(effects), self.diagnosis.noises.of(effects))
         held = held_out_residual(bench.fitter, look, self.diagnosis.fold)
         return {
             "added": effects[-1] if effects else "",
