@@ -317,6 +317,13 @@ def _complete(d: DiagnosisData, sure: str, say: Say) -> str:
 
 def _ambiguous(d: DiagnosisData, sure: str, fall: str, angle: AngleUnit) -> str:
     v = d.verdict
+    if v.within_uncertainty:
+        kind = d.competition.campaign.drive.kind
+        names = listed([number_called(n, kind) for group in v.rivals for n in group], "or")
+        return (
+            f"No effect need be missing: {names} differs from its stated value, within the stated "
+            f"uncertainty, but these readings cannot tell which ({sure}){fall}."
+        )
     parts = []
     if v.effects:
         are = "is" if len(v.effects) == 1 else "are"

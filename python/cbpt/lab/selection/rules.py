@@ -31,8 +31,9 @@ class DecisionRules:
     moved_sigma: float = 2.25
     """Standard uncertainties: a number of drive or rig that moves further is a finding of its own
     (2, and the quarter that the readings leave open)."""
-    loose_calibration: float = 3.0
-    """Calibrations known worse than this many times the default share a shift with the drive."""
+    loose_calibration: float = 5.0
+    """Calibrations known worse than this many times the default share a shift with the drive; many
+    a torque cell is stated to three times the default, and is no open question for it."""
     nominal_chance: float = 0.003
     """Largest chance at which the stated numbers count as rejected."""
     far_reading: float = 2.0
