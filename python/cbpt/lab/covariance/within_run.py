@@ -8,7 +8,8 @@
 
 A model that is wrong is so smoothly: along a few readings of one run that follow each other in one
 direction of the torque a parabola takes its error away, and what is left is scatter. A stretch may
-hold a kink: what counts is the median over those that vary no more than chance lets them.
+hold a kink: what counts is the median over those that vary no more than chance lets them. Where a
+loop bends within a few readings most long stretches do, and short ones scatter less.
 Readings that come in steps coarser than they scatter round alike or far apart, and what rounding
 leaves inside a few of them may be far less than the step's own uncertainty: then the scatter is
 taken to be no less than that, and hardly known.
@@ -16,7 +17,7 @@ taken to be no less than that, and hardly known.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,8 @@ Ints = NDArray[np.int64]
 class _Limits:
     """Numbers of the estimate."""
 
-    longest: int = 10
+    longest: tuple[int, ...] = (10, 5)
+    """Readings in a stretch, and in one where longer ones bend."""
     fewest_dof: int = 6
     stretches: int = 400
     correlations: tuple[float, ...] = (0.0, 0.2, 0.4, 0.6, 0.8)
@@ -78,19 +80,33 @@ class Scatter:
     """Of a reading with the next of its run, 0 where none is seen."""
     step_arcsec: float = 0.0
     """Step of the display where it hides the scatter, else 0."""
+    nearer: Scatter | None = None
+    """The same from shorter stretches, which a bend of the readings does not reach as often."""
+
+    def to_dict(self) -> dict[str, float | None]:
+        """As plain values."""
+        found = asdict(self)
+        del found["nearer"]
+        return found
 
     @property
     def off(self) -> bool:
         """Whether the stated uncertainty cannot be right."""
         if self.ratio is None:
             return False
-        if self.correlation > 0:
-            # What is correlated is poorly known; only a large difference counts.
-            return not 0.4 < self.ratio < 2.5
+        nearer = self if self.nearer is None or self.nearer.ratio is None else self.nearer
+        alike = (nearer.ratio or 1.0) > 1 if self.ratio > 1 else (nearer.ratio or 1.0) < 1
+        return alike and self._is_off and nearer._is_off
+
+    @property
+    def _is_off(self) -> bool:
+        assert self.ratio is not None
         from scipy.special import chdtrc
 
         above = float(chdtrc(self.dof, self.dof * self.ratio**2))
-        return min(above, 1 - above) < 0.005 and not 0.87 < self.ratio < 1.15
+        # What is correlated is poorly known; only a large difference counts.
+        low, high = (0.4, 2.5) if self.correlation > 0 else (0.87, 1.15)
+        return min(above, 1 - above) < 0.005 and not low < self.ratio < high
 
 
 def estimate(
@@ -102,24 +118,46 @@ def estimate(
     """
     u = readings.u_elastic_angle_arcsec
     weighted = residual_arcsec if u is None else residual_arcsec / u
-    groups = _by_length(_stretches(readings))
+    found = [_along(readings, weighted, n, correlation) for n in _LIMITS.longest]
+    step = display_step(readings.elastic_angle_arcsec)
+    longer, nearer = (None if a is None else a.of(u, step) for a in found)
+    return longer and replace(longer, nearer=nearer)
+
+
+@dataclass(frozen=True)
+class _Along:
+    """The scatter along stretches of one length, in the unit of the values."""
+
+    scale: float
+    dof: float
+    correlation: float
+
+    def of(self, u_arcsec: Floats | None, step_arcsec: float) -> Scatter:
+        """Of readings with stated uncertainties, behind a display with steps."""
+        typical = 1.0 if u_arcsec is None else float(np.median(u_arcsec))
+        scatter = self.scale * typical
+        step = step_arcsec if step_arcsec < _LIMITS.finest * scatter else 0.0
+        seen, known, hidden = behind_display(scatter, self.dof, step)
+        along, step = (0.0, step) if hidden else (self.correlation, 0.0)
+        return Scatter(seen, None if u_arcsec is None else seen / typical, known, along, step)
+
+
+def _along(
+    readings: Readings, values: Floats, longest: int, correlation: float | None
+) -> _Along | None:
+    groups = _by_length(_stretches(readings, longest))
     dof = sum(rows.shape[0] * _free(rows.shape[1]) for rows in groups)
     if dof < _LIMITS.fewest_dof:
         return None
-    smooth = _smooth(groups, weighted)
+    smooth = _smooth(groups, values)
     if correlation is None:
         tried = _LIMITS.correlations
-        gains = [_rated(smooth, weighted, c)[0] - _LIMITS.price * (c > 0) for c in tried]
+        gains = [_rated(smooth, values, c)[0] - _LIMITS.price * (c > 0) for c in tried]
         correlation = tried[int(np.argmax(gains))]
-    scale = float(np.sqrt(_typical(_rated(smooth, weighted, correlation)[1], smooth)))
+    scale = float(np.sqrt(_typical(_rated(smooth, values, correlation)[1], smooth)))
     # What is correlated is fewer independent readings, and the parabola takes more of it away.
     known = dof * _LIMITS.efficiency * ((1 - correlation) / (1 + correlation)) ** 2
-    typical = 1.0 if u is None else float(np.median(u))
-    step = display_step(readings.elastic_angle_arcsec)
-    step = step if step < _LIMITS.finest * scale * typical else 0.0
-    seen, known, hidden = behind_display(scale * typical, known, step)
-    correlation, step = (0.0, step) if hidden else (correlation, 0.0)
-    return Scatter(seen, None if u is None else seen / typical, known, correlation, step)
+    return _Along(scale, known, correlation)
 
 
 def behind_display(scatter: float, dof: float, step: float) -> tuple[float, float, bool]:
@@ -156,7 +194,7 @@ def written_step(values_arcsec: Floats) -> float:
     return 0.0
 
 
-def _stretches(readings: Readings) -> list[Ints]:
+def _stretches(readings: Readings, longest: int) -> list[Ints]:
     """Rows that follow each other in one run, direction and sign of the torque; evenly spread
     ones where there are more than are needed."""
     order = np.argsort(readings.run_index, kind="stable")
@@ -173,7 +211,7 @@ def _stretches(readings: Readings) -> list[Ints]:
     turned = (np.diff(way) != 0) | ((np.diff(side) != 0) & (side[:-1] != 0))
     ends = np.r_[np.flatnonzero(~same | turned) + 1, len(order)]
     sizes = np.diff(ends, prepend=0)
-    pieces = -(-sizes // _LIMITS.longest)
+    pieces = -(-sizes // longest)
     part = np.repeat(np.arange(len(sizes)), pieces)
     place = np.arange(len(part)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     if len(part) > _LIMITS.stretches:

@@ -91,7 +91,7 @@ class Comparison(ComparisonData):
             "rmse_with_best_zero_arcsec": _finite(self.rmse_with_best_zero_arcsec),
             "overall": asdict(self.overall) if self.overall else None,
             "p_value": self.p_value,
-            "scatter": asdict(self.scatter) if self.scatter else None,
+            "scatter": self.scatter.to_dict() if self.scatter else None,
             "p_value_of_scatter": self.p_value_of_scatter,
             "repeats": asdict(self.repeats) if self.repeats else None,
             "p_value_of_repeats": self.p_value_of_repeats,
