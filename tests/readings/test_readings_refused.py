@@ -34,6 +34,19 @@ def test_a_row_of_too_few_or_too_many_cells_is_mended_differently(
     assert remedy in str(refused(write(HEAD + GOOD + row)))
 
 
+def test_a_column_without_a_known_name_is_offered_in_the_unit_below_it(write: Write) -> None:
+    """`Angle` over `deg` was offered as an angle in arcsec, and read as one."""
+    told = refused(write("torque;preload;Angle\nN cm;N;deg\n100;600;0.01\n200;600;0.02\n"))
+    assert "columns={'Angle': 'elastic_angle_deg'}" in str(told)
+    # Similar headers, too, are told in the words of the front end.
+    assert "to use it, name its quantity by HERE" in told.told(lambda step: "HERE")
+
+
+def test_a_unit_that_is_not_known_is_to_be_converted(write: Write) -> None:
+    told = str(refused(write("torque [kgf cm],preload_N,elastic_angle_arcsec\n1,600,3\n")))
+    assert "convert the column to one of these, then state its unit" in told
+
+
 @pytest.mark.parametrize(
     ("text", "line", "column", "value", "expected"),
     [

@@ -358,7 +358,8 @@ def read_header(header: str, unit_below: str | None = None) -> Header:
         expected = (
             f"one of {', '.join(units_of(candidates[0].kind))} as the unit of {candidates[0].key}"
         )
-        return Header(candidates[0], None, candidates, expected, _rename(header, candidates))
+        remedy = Words("convert the column to one of these, then ", _rename(header, candidates))
+        return Header(candidates[0], None, candidates, expected, remedy)
     quantity, unit = fits[0]
     for other in stated[1:]:
         if find_unit(other, quantity.kind) != unit:

@@ -374,15 +374,19 @@ class _Reader:
         ]
         near = list(dict.fromkeys(typos + shared))
         header = near[0] if near else "your header"
-        unit = find_unit(unit_at_end(header), quantity.kind)
+        below = dict(zip(self.table.headers, self.table.units or (), strict=False))
+        written = below.get(header) or unit_at_end(header)
+        unit = find_unit(written, quantity.kind)
         fits = unit is not None and unit.quantity == quantity.kind
-        column = f"{quantity.key}_{unit_at_end(header)}" if fits else quantity.column
+        column = f"{quantity.key}_{written}" if fits else quantity.column
         remedy = Words(
             "rename a column, or ", TakeColumn(header, column), " with the unit that the column has"
         )
         if near:
-            told = [f"{name!r}" + f" ({hints[name]})" * bool(hints[name]) for name in near]
-            remedy = Words(remedy, f"; similar headers: {', '.join(told)}")
+            remedy = Words(remedy, "; similar headers: ")
+            for place, name in enumerate(near):
+                why = (" (", hints[name], ")") if hints[name] else ()
+                remedy = Words(remedy, f"{', ' * (place > 0)}{name!r}", *why)
         if len(self.table.headers) == 1:
             remedy = Words(remedy, "; separate the columns by commas, semicolons or tabs")
         found = ", ".join(map(repr, self.table.headers))
