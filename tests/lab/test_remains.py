@@ -164,6 +164,7 @@ def test_an_effect_that_explains_less_than_remains_is_only_possible() -> None:
     assert said(verdict) == ("unknown", (), ())
     assert verdict.names == (FRICTION,) and verdict.lack_of_fit is not None
     assert 0.2 < dict(verdict.perhaps)[FRICTION] < 0.5
+    assert verdict.exactly <= dict(verdict.perhaps)[FRICTION] < verdict.probability
 
 
 def test_no_set_is_more_probable_than_what_is_possible_in_it() -> None:

@@ -257,13 +257,15 @@ def _beside_rest(competition: Competition, verdict: Verdict, rules: DecisionRule
     ]
     possible = [(e, p * own.get(e, 1.0)) for e, p in open_ if e != UNKNOWN]
     likely = sorted((e for e in possible if e[1] >= rules.likely), key=lambda e: -e[1])
-    verdict = replace(verdict, effects=kept, rivals=rivals, perhaps=tuple(likely))
+    held = replace(verdict, effects=kept, rivals=rivals, perhaps=tuple(likely), beside=own)
     if not (set(kept) - {OFFSET} or rivals):
-        return replace(verdict, kind="unknown", rests_on=())
-    verdict = replace(verdict, kind=_kind_of(kept, rivals))
-    said = {*kept, *(e for group in rivals for e in group)}
-    inside = min([rules.certain, *(p for e, p in own.items() if e in said)])
-    held = replace(verdict, inside=inside, beside=own, probability=inside * verdict.probability)
+        held = replace(held, kind="unknown", rests_on=())
+    else:
+        said = {*kept, *(e for group in rivals for e in group)}
+        inside = min([rules.certain, *(p for e, p in own.items() if e in said)])
+        probability = inside * verdict.probability
+        kind = _kind_of(kept, rivals)
+        held = replace(held, kind=kind, inside=inside, probability=probability)
     return replace(held, exactly=held.of_set(verdict.names) * verdict.exactly)
 
 
