@@ -37,7 +37,7 @@ def test_what_goes_up_and_down_is_told_with_both_ends() -> None:
     answer = cbpt.change(SPRING, by_step(1.0, 1.6, 1.0), by="step", effects=[FRICTION])
     first = answer.changed[0]
     assert first.trend == "neither" and first.moved
-    told = "changed, up and down: friction_torque_Nm 1.00"
+    told = "went up and down: friction_torque_Nm 1.00"
     assert told in answer.sentence and " (step 1), 1.6" in answer.sentence
     assert " rose" not in answer.sentence
 

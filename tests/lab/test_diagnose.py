@@ -383,7 +383,7 @@ def test_what_is_certain_in_an_undecided_answer_is_told_apart() -> None:
     verdict = replace(d.verdict, perhaps=effects)
     assert (
         "Beside an offset that differs from run to run (> 0.99) these are possible, with their "
-        "probabilities: torsion of the output shaft (0.60) and "
+        "probabilities: torsion of the output shaft (0.60) or "
     ) in replace(d, verdict=verdict).sentence
 
 

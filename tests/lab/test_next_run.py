@@ -140,7 +140,7 @@ def test_rivals_that_no_run_tells_apart_are_told_beside_the_run() -> None:
 def test_a_run_is_told_by_what_it_says_of_the_most_probable_combination() -> None:
     """What no run tells from it is not among those that the run tells from it."""
     run = diagnosed("dev04").to_dict()["next_run"]
-    assert run["most_probable"] == "nothing else" and run["untold"]
+    assert run["most_probable"] == "no further effect" and run["untold"]
     assert run["most_probable"] in run["separates"] and len(run["separates"]) > 1
     assert not set(run["separates"]) & set(run["untold"])
 

@@ -27,6 +27,7 @@ from cbpt.cli.options import (
     of_case,
     show,
     show_answer,
+    tell,
 )
 from cbpt.whole_files import write_whole
 
@@ -40,6 +41,7 @@ def simulate(argv: list[str]) -> int:
     """cbpt simulate CASE PLAN"""
     from cbpt.lab.experiment.plan import read_plan, table_text
     from cbpt.lab.experiment.simulate import simulate as simulated
+    from cbpt.lab.wording.phrases import counted
 
     parser = inputs(
         "cbpt simulate",
@@ -78,7 +80,10 @@ def simulate(argv: list[str]) -> int:
     text = table_text(readings)
     if options.out:
         write_whole(options.out, text)
-        print(f"Wrote {options.out}: {len(readings)} readings in {readings.run_index[-1] + 1} runs")
+        from cbpt.lab.wording.phrases import counted
+
+        runs = counted(int(readings.run_index[-1]) + 1, "run")
+        print(f"Wrote {options.out}: {len(readings)} readings in {runs}")
     else:
         print(text, end="")
     return SUCCESS
@@ -155,6 +160,8 @@ def next_run(argv: list[str]) -> int:
     if options.out and plan:
         write_whole(options.out, plan.to_toml())
     show_answer(found, options.json, lambda: found.report(angle_unit=options.angle_unit))
+    if options.out and not plan:
+        tell(f"{options.out} is not written: there is no run to write")
     return SUCCESS
 
 

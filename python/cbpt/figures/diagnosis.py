@@ -229,11 +229,12 @@ def _draw_legend(axes: Axes, points: Points) -> None:
     from matplotlib.lines import Line2D
 
     names = points.setting_names
+    more = len(names) - _NAMED
     handles = [
         Line2D([], [], color=colour(i), lw=3, label=name) for i, name in enumerate(names[:_NAMED])
     ]
-    if len(names) > _NAMED:
-        handles.append(Line2D([], [], ls="", label=f"and {len(names) - _NAMED} more settings"))
+    if more > 0:
+        handles.append(Line2D([], [], ls="", label=f"and {more} more setting{'s' * (more > 1)}"))
     handles += [
         Line2D([], [], color="0.3", lw=1.0, ls=_DASHED, label="model as stated"),
         Line2D([], [], color="0.3", lw=1.4, label="model as fitted"),

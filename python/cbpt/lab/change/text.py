@@ -245,8 +245,7 @@ def _told(found: ChangeData, angle: AngleUnit, c: Changed) -> str:
         # Another transition torque is no less play.
         return f"{c.effect} changed: {'; '.join(way.alone for way in ways)}"
     (moved,) = ways
-    how = f"changed, {moved.way}" if c.trend == "neither" else moved.way
-    return f"{c.effect} {how}: {moved.label} {moved.values}"
+    return f"{c.effect} {moved.way}: {moved.label} {moved.values}"
 
 
 class _Moved(NamedTuple):
@@ -272,7 +271,7 @@ def _moved(found: ChangeData, angle: AngleUnit, c: Changed) -> _Moved | None:
     values = [limited(value, limit) for (_, value), (_, _, limit) in zip(pairs, known, strict=True)]
     if len(set(values)) == 1:
         return None
-    way = "up and down" if c.trend == "neither" else _WAYS[c.direction]
+    way = "went up and down" if c.trend == "neither" else _WAYS[c.direction]
     ratio = ratio_of(c.effect, c.parameter)
     label = f"{pairs[0][0]} ({ratio})" if ratio else pairs[0][0]
     if c.trend is None:

@@ -17,6 +17,7 @@ from cbpt.lab.characteristics.play import MOST_FRICTION, friction_torque_Nm
 from cbpt.lab.characteristics.symmetry import middle_of
 from cbpt.lab.characteristics.uncertainty import LoopSet
 from cbpt.lab.wording.numbers import rounded
+from cbpt.lab.wording.phrases import counted
 
 RATES = 1.5
 """Loops whose rates differ by more than this factor are not alike."""
@@ -167,7 +168,8 @@ def _open(loops: LoopSet) -> Iterator[str]:
     count = sum(loop.composed for loop in loops.full)
     if count:
         yield (
-            f"{count} of {len(loops.full)} loops start and end at zero torque, so one branch is "
+            f"{count} of {counted(len(loops.full), 'loop')} {'starts' if count == 1 else 'start'} "
+            f"and {'ends' if count == 1 else 'end'} at zero torque, so one branch is "
             "put together from the end and the beginning of the run. The beginning may differ, as "
             "the first loading after a rest. Go on for a quarter of a cycle more, to the largest "
             "torque, and the branch is whole."

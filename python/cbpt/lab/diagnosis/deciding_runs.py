@@ -196,7 +196,7 @@ def _named(near: Sequence[tuple[str, ...]]) -> dict[tuple[str, ...], str]:
     """Sets by what they have beside the effects that all of them have."""
     common = set(near[0]).intersection(*near)
     # Beside several that have more, the one that all have in common is called so.
-    rest = "nothing else" if common else "nothing"
+    rest = "no further effect" if common else "no effect"
     return {n: " + ".join(e for e in n if e not in common) or rest for n in near}
 
 

@@ -25,6 +25,8 @@ from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called, columns_in_words, number_called, scatter_from
 from cbpt.lab.wording.numbers import ARCSEC, AngleUnit, listed, percent, probability, rounded
 
+NO_EFFECT = "no effect"
+"""The combination without any."""
 _MOST_COMBINATIONS, _MOST_SIZES = 6, 3
 """Combinations in the table, and those whose sizes are listed."""
 
@@ -92,7 +94,9 @@ def lines(
 def _probabilities(document: Mapping[str, Any]) -> Iterator[str]:
     """The two probabilities of an answer, each with what it is of."""
     v, best = document["verdict"], document["combinations"][0]
-    exactly = f"{label_of(best)} and nothing else: {probability(best['probability'])}"
+    chance = probability(best["probability"])
+    label = label_of(best)
+    exactly = f"{label}{' and nothing else' * (label != NO_EFFECT)}: {chance}"
     if v["kind"] == "undecided":
         text = f"Probability of the most probable combination, {exactly}."
     else:
@@ -109,7 +113,7 @@ def label_of(combination: Mapping[str, Any]) -> str:
 
 def together(effects: Sequence[str]) -> str:
     """Effects of one set in words."""
-    return " + ".join(effects) or "parameters refitted"
+    return " + ".join(effects) or NO_EFFECT
 
 
 def _remains(rest: Mapping[str, Any] | None, angle: AngleUnit) -> Iterator[str]:

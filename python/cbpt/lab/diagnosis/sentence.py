@@ -13,6 +13,7 @@ from cbpt.lab.diagnosis.fit_text import moved_by, parameter_words, solutions
 from cbpt.lab.diagnosis.noise_statement import estimated, noise_floor
 from cbpt.lab.selection.adequacy import readings_of_the_curve, readings_that_could_show
 from cbpt.lab.selection.decision import Why
+from cbpt.lab.selection.posterior import posterior_of
 from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording.names import called, columns_in_words, number_called
@@ -153,9 +154,13 @@ def _with_chances(d: DiagnosisData, found: Sequence[tuple[str, float]]) -> str:
     """Effects with their probabilities; beside an answer the most probable ones are those that do
     not predict."""
     but = "" if d.verdict.undecided else ", but readings held back are predicted better without it"
-    return listed(
-        [f"{name_of(d, e)} ({probability(p)}{but if p >= RULES.certain else ''})" for e, p in found]
+    told = [
+        f"{name_of(d, e)} ({probability(p)}{but if p >= RULES.certain else ''})" for e, p in found
+    ]
+    exclude = sum(p for _, p in found) <= 1 and (
+        posterior_of(d.competition).of_several([e for e, _ in found]) < RULES.likely
     )
+    return listed(told, "or" if exclude else "and")
 
 
 def _also(d: DiagnosisData) -> str:

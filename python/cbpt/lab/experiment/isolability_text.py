@@ -12,6 +12,7 @@ from cbpt.lab.experiment.isolability_data import IsolabilityData, Pair
 from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.numbers import in_words, listed
+from cbpt.lab.wording.phrases import counted
 
 
 def lines(i: IsolabilityData) -> Iterator[str]:
@@ -19,8 +20,9 @@ def lines(i: IsolabilityData) -> Iterator[str]:
     rows = i.plan.rows
     u = rows.u_elastic_angle_arcsec
     assert u is not None
+    runs = counted(int(rows.run_index.max()) + 1, "run")
     yield (
-        f"{len(rows)} readings in {int(rows.run_index.max()) + 1} runs of {rows.source}, "
+        f"{len(rows)} readings in {runs} of {rows.source}, "
         f"standard uncertainty {float(np.median(u)):g} arcsec"
     )
     yield from (f"Note: {note}" for note in rows.notes)

@@ -1,8 +1,9 @@
 """Parts of sentences that many have.
 
-few    the first few names of many
-some   a word in front of them
-span   two numbers as a range
+few      the first few names of many
+some     a word in front of them
+counted  a number of things
+span     two numbers as a range
 """
 
 from __future__ import annotations
@@ -25,6 +26,11 @@ def few(names: Sequence[str], most: int = _SHOWN) -> str:
 def some(word: str, names: Sequence[str], most: int = _SHOWN) -> str:
     """`run 3`, `runs 1, 2 and 3`, or `runs 1, 2, 3, 4, 5 and 7 more`."""
     return f"{word}{'s' * (len(names) > 1)} {few(names, most)}"
+
+
+def counted(number: int, thing: str) -> str:
+    """`1 run`, or `3 runs`."""
+    return f"{number} {thing}{'s' * (number != 1)}"
 
 
 def span(low: float, high: float, digits: int = 3) -> str:

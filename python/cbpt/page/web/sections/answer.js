@@ -157,7 +157,7 @@ function found(whole) {
           ? "Probability of the most probable combination"
           : "Probability of exactly this combination",
         probability(verdict.probability_exactly),
-        `${whole.combinations[0]?.label ?? "parameters refitted"}, and nothing else`,
+        alone(whole.combinations[0]?.label ?? "no effect"),
         el("div", { class: "bar" }, bar(verdict.probability_exactly)),
       ),
       fact(
@@ -256,6 +256,11 @@ function remains(whole) {
       } ${state.unit}, rms${share}, has no name. It depends on ${rest.depends_on}${scatter}.`,
     ),
   );
+}
+
+/** A combination, and that nothing acts beside it. */
+function alone(/** @type {string} */ label) {
+  return label === "no effect" ? label : `${label}, and nothing else`;
 }
 
 /** @param {string} name @param {string} value @param {string} more @param {Child} [picture] */
