@@ -207,6 +207,14 @@ def test_rates_are_those_of_every_branch(data: dict[str, Any], state: str, said:
     assert rates.state == state and said in rates.finding
 
 
+def test_one_quick_run_is_no_other_rate_up_than_down() -> None:
+    """The middle of what rates up there are was one that no run has."""
+    data = table([ramp(), ramp(cycles=0.75), ramp()])
+    step = np.diff(data["time_s"], prepend=0.0)
+    data["time_s"] = np.cumsum(np.where(np.array(data["run"]) == 3, 0.3, 1.0) * step)
+    assert "1.67 N m/s in run 3 and 0.5 N m/s in the others" in check("rates", data).finding
+
+
 def test_finer_steps_near_zero_and_dwells_are_no_other_rate() -> None:
     """The first is what the remedy for lost motion asks for."""
     side = np.r_[np.linspace(0, 2, 11), np.linspace(4, 20, 9)]

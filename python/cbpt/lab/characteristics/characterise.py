@@ -175,7 +175,7 @@ def _rated(
         return case.rated_torque_Nm, "from [rating] of the case"
     if loops:
         largest = max(loop.amplitude_Nm for loop in loops)
-        return largest, "the largest of the table, as no rated torque is stated under [rating]"
+        return largest, "the largest of its loops, as no rated torque is stated under [rating]"
     if readings is None and isinstance(case, Case) and case.torque_Nm:
         return abs(case.torque_Nm), "the torque of [load], as none is stated under [rating]"
     raise InvalidInputError(

@@ -119,12 +119,17 @@ def _between(rates: list[_Rate]) -> tuple[str, list[str]]:
         float(np.median([rate.typical for rate in rates if rate.way == way] or [np.nan]))
         for way in (1, -1)
     )
-    if max(up, down) > RATES * min(up, down):
-        return f"{rounded(up)} N m/s up and {rounded(down)} N m/s down", [_ONE_RATE]
     usual = float(np.median(typical))
     runs: dict[str, list[float]] = {}
+    ways: dict[str, dict[int, list[float]]] = {}
     for rate in rates:
         runs.setdefault(rate.run, []).append(rate.typical)
+        ways.setdefault(rate.run, {}).setdefault(rate.way, []).append(rate.typical)
+    # Within runs, where they go both ways: one run may be quicker than another.
+    both = [abs(np.log(np.median(w[1]) / np.median(w[-1]))) for w in ways.values() if len(w) == 2]
+    differ = max(up, down) > RATES * min(up, down)
+    if differ and (not both or np.median(both) > np.log(RATES)):
+        return f"{rounded(up)} N m/s up and {rounded(down)} N m/s down", [_ONE_RATE]
     means = {run: float(np.median(own)) for run, own in runs.items()}
     odd = [run for run, mean in means.items() if max(mean / usual, usual / mean) > RATES]
     rest = [mean for run, mean in means.items() if run not in odd]
