@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from textwrap import wrap
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ _DASHED = (0, (3, 2))
 _BEFORE, _AFTER, _FLOOR = "#9a9a9a", "#0072B2", "#D55E00"
 # Settings beyond this many are drawn, but have no line of their own in the legend.
 _NAMED = 7
+_LEGEND: dict[str, Any] = {"fontsize": "small", "frameon": False}
 
 
 class Step(Protocol):
@@ -174,6 +175,8 @@ def _draw_residual(
 
 
 def _draw_ladder(axes: Axes, d: DiagnosisPicture, angle_unit: str) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     steps = list(d.ladder)
     place = np.arange(len(steps))
     inside = np.array([s.rmse_arcsec for s in steps])
@@ -202,7 +205,9 @@ def _draw_ladder(axes: Axes, d: DiagnosisPicture, angle_unit: str) -> None:
     finite = finite[np.isfinite(finite) & (finite > 0)]
     if finite.size and finite.max() > 12 * finite.min():
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_ylim(0.5 * finite.min(), 2.2 * finite.max())
     elif finite.size:
         axes.set_ylim(0, 1.18 * finite.max())
@@ -222,7 +227,8 @@ def _step_name(added: str, place: int, steps: int) -> str:
         return added or "as stated"
     width = max(8, 96 // max(steps, 1) - 2)
     text = added.replace("_", " ")
-    return "\n".join(wrap(text if " " in added else f"+ {text}", width))
+    name = text if " " in added else f"+ {text}"
+    return "\n".join(wrap(name, width, break_long_words=False))
 
 
 def _draw_legend(axes: Axes, points: Points) -> None:
@@ -235,12 +241,14 @@ def _draw_legend(axes: Axes, points: Points) -> None:
     ]
     if more > 0:
         handles.append(Line2D([], [], ls="", label=f"and {more} more setting{'s' * (more > 1)}"))
-    handles += [
+    styles = [
         Line2D([], [], color="0.3", lw=1.0, ls=_DASHED, label="model as stated"),
         Line2D([], [], color="0.3", lw=1.4, label="model as fitted"),
     ]
-    handles += [
+    styles += [
         Line2D([], [], ls="", marker=marker, color="0.3", label=f"reading, {name}")
         for _, marker, name in points.directions
     ]
-    axes.legend(handles=handles, fontsize="small", frameon=False, loc="best")
+    # A curve of the angle over the torque leaves these two corners.
+    axes.add_artist(axes.legend(handles=handles, loc="upper left", **_LEGEND))
+    axes.legend(handles=styles, loc="lower right", **_LEGEND)

@@ -332,7 +332,8 @@ class Diagnosis(DiagnosisData):
             residual_after_arcsec=self.residual_after_arcsec,
             ladder=self.ladder,
             noise_floor_arcsec=self.noise_floor_arcsec,
-            sentence=self.sentence_in(angle_unit),
+            # The numbers of the effects stand in the report; above a picture they are in the way.
+            sentence=sentence(self, Telling(aside=lambda _: "", angle=angle_unit_of(angle_unit))),
         )
         draw_diagnosis(picture, path, angle_unit)
 

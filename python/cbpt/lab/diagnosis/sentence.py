@@ -347,10 +347,10 @@ def _with_value(d: DiagnosisData, effect: str, say: Say) -> str:
     if not found:
         if effect not in {u.name for u in d.after.unknowns}:
             return name
-        return f"{name} {say.aside(say.number(effect, moved_by(effect, d.after)))}"
+        return f"{name} {say.aside(say.number(effect, moved_by(effect, d.after)))}".rstrip()
     c = d.competition.campaign
     words = (parameter_words(c, (effect, n), p, say.angle) for n, p in found.items())
     values = [say.number(*number) for number in words]
     if any(several.effect == effect for several in solutions(d.after)):
         values.append("or another solution, see the notes")
-    return f"{name} {say.aside(', '.join(values))}"
+    return f"{name} {say.aside(', '.join(values))}".rstrip()
