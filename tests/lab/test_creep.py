@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import cbpt
 from common.friction_loops import LOOP, SPRING
 
 
-def creeping(exponent: float, size_arcsec: float, seed: int) -> dict[str, object]:
+def creeping(exponent: float, size_arcsec: float, seed: int) -> dict[str, NDArray[Any]]:
     """Two loops of a spring, each step of torque of which creeps from its own time on; size_arcsec
     after a minute under 1 N m; 2 arcsec of noise."""
     rng = np.random.default_rng(seed)

@@ -150,7 +150,7 @@ fn contributions_add_up_and_name_own_effects() {
     let reducer = Case::from_toml(EXAMPLE, "example").unwrap().reducer;
     let effects = vec![own(AddsTo::Series, "c * torque_Nm", &[("c", 3e-6)]), library("creep")];
     let mut predictor = Predictor::of(reducer, effects, rows()).unwrap();
-    let values = [3e-6, 1e-6, 20.0, 0.0];
+    let values = [3e-6, 1e-6, 20.0, 0.0, 0.0, 0.3];
     let parts = predictor.contributions(&values).unwrap();
     let names: Vec<&str> = parts.iter().map(|part| &*part.name).collect();
     assert_eq!(names, ["model", "creep", "mine"]);

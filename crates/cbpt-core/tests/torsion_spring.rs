@@ -265,7 +265,7 @@ fn typical(id: &str, stem: &str) -> f64 {
         (_, "centre_torque") => 2.3,
         ("sensor_hysteresis", "half_width") => 4e-4,
         (_, "warm_up_time") => 9.0,
-        (_, "taken_share" | "half_width") => 0.3,
+        (_, "taken_share" | "half_width" | "growth_exponent") => 0.3,
         ("hard_stop", "stop_torque") => 11.3,
         (_, "transition_torque") => 1.5,
         (_, "squared" | "cubed" | "skewed") => 4e-3,
@@ -280,7 +280,6 @@ fn typical(id: &str, stem: &str) -> f64 {
         ("output_torsion", "opening_torque") => 3.7,
         ("creep", "compliance" | "superposed_compliance" | "power_compliance")
         | (_, "reference_deflection" | "clearance" | "offset_sine" | "offset_cosine") => 2e-5,
-        ("creep", "growth_exponent") => 0.3,
         (_, "friction_torque") => 3.0,
         (_, "zero_error") => 0.31,
         (_, "zero_drift") => 6e-3,

@@ -146,7 +146,7 @@ fn library(ids: &[&str]) -> Vec<Effect> {
 fn typical(id: &str, name: &str) -> f64 {
     match (id, name) {
         ("output_torsion", "compliance_rad_per_Nm") | (_, "shift_rad_per_Nm") => 2e-6,
-        (_, "asymmetry" | "taken_share" | "breakaway_share") => 0.3,
+        (_, "asymmetry" | "taken_share" | "breakaway_share" | "growth_exponent") => 0.3,
         (_, "starts_moving") => 1.0,
         (_, "preload_exponent") => 0.5,
         (_, "stiffening_per_Nm" | "first_share") => 0.2,
@@ -175,7 +175,6 @@ fn typical(id: &str, name: &str) -> f64 {
         ("preload_crosstalk", "reference_torque_Nm") => 4.5,
         (_, "reference_deflection_m" | "clearance_m") => 1.5e-6,
         ("eccentric_bearing", "exponent") | (_, "build_up_exponent") => 0.8,
-        ("creep", "growth_exponent") => 0.3,
         (_, "friction_radius_m") => 4e-4,
         (_, "friction_torque_Nm") => 0.1,
         (_, "load_share") => 0.05,
@@ -322,7 +321,7 @@ fn the_loop_widens_with_the_preload() {
 fn history_is_per_run() {
     let (_, drive) = &drives()[0];
     let ids = ["friction_hysteresis", "creep"];
-    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0, 1.0, 0.0, 30.0, 3e-7];
+    let values = [4e-4, 6.0 * ARCSEC, 0.0, 0.0, 1.0, 0.0, 30.0, 3e-7, 2e-7, 0.3];
     let mixed = campaign();
     let together = predictor(drive, &ids).predict(&values, &[]).unwrap().angle_rad;
     for run in [1, 2, 3] {
@@ -470,7 +469,7 @@ fn an_undercut_drive_has_no_row() {
     let (_, drive) = &drives()[0];
     let sharp = Deceleration { short_amplitude_coefficient: 0.9, ..*drive.deceleration() };
     let drive = Drive::new(*drive.material(), sharp, *drive.equal_speed(), TrackCurvature::Exact).unwrap();
-    let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0, 0.0], &[0]).unwrap();
+    let found = predictor(&drive, &["creep"]).predict(&[0.0, 20.0, 0.0, 0.0, 0.3], &[0]).unwrap();
     assert!(found.status.iter().all(|status| *status == Status::Undercut));
     assert!(found.angle_rad.iter().chain(&found.sensitivities).all(|value| value.is_nan()));
 }

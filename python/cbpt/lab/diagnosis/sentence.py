@@ -248,7 +248,8 @@ def _rest(d: DiagnosisData, angle: AngleUnit) -> str:
     if lack is None:
         return ""
     left = remains_arcsec(lack, d.verdict.adequacy)
-    share = 1 - np.mean(d.residual_after_arcsec**2) / np.mean(d.residual_before_arcsec**2)
+    before, after = d.residual_before_arcsec, d.residual_after_arcsec
+    share = 1 - float(np.mean(after**2) / np.mean(before**2))
     explained = f" What is named explains {percent(share)} of the misfit." if share > 0 else ""
     return (
         f"{explained} A misfit of {angle.text(left)} remains that no effect of the library "
