@@ -102,6 +102,10 @@ def test_a_zero_that_wanders_is_no_effect_of_a_spring(friction_Nm: float, seed: 
     # What the zero does is what the answer shows of it: the loop of the drive as stated is none.
     loop_arcsec = friction_Nm / 129000 * 206265
     assert found.undecided or answer.ladder[0].rmse_arcsec > 0.7 * loop_arcsec
+    # Nor is that of an effect that is not at work, beside which the zero would take the loop.
+    answer_has, other = answer.noises.of(found.names), answer.noises.of(("shaft_shift",))
+    assert (other.instrument_arcsec is not None) == bool(found.names)
+    assert answer_has.instrument_arcsec is None
 
 
 def test_runs_at_one_load_each_follow_it_from_run_to_run() -> None:

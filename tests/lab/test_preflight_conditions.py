@@ -215,6 +215,14 @@ def test_one_quick_run_is_no_other_rate_up_than_down() -> None:
     assert "1.67 N m/s in run 3 and 0.5 N m/s in the others" in check("rates", data).finding
 
 
+def test_a_branch_that_is_held_all_but_its_ends_has_a_rate() -> None:
+    """Most of it stands still, and a rate of zero ended in a division by it."""
+    held = np.concatenate([np.linspace(0, 1, 3), np.ones(40), np.linspace(9, 10, 3)])
+    ramps = np.concatenate([np.linspace(0, 10, 46), np.linspace(10, 0, 20)])
+    data = table([np.tile(np.concatenate([held, held[::-1]]), 3), np.tile(ramps, 3)])
+    assert "N m/s" in check("rates", data).finding
+
+
 def test_finer_steps_near_zero_and_dwells_are_no_other_rate() -> None:
     """The first is what the remedy for lost motion asks for."""
     side = np.r_[np.linspace(0, 2, 11), np.linspace(4, 20, 9)]

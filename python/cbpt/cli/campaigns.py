@@ -80,8 +80,6 @@ def simulate(argv: list[str]) -> int:
     text = table_text(readings)
     if options.out:
         write_whole(options.out, text)
-        from cbpt.lab.wording.phrases import counted
-
         runs = counted(int(readings.run_index[-1]) + 1, "run")
         print(f"Wrote {options.out}: {len(readings)} readings in {runs}")
     else:

@@ -34,8 +34,9 @@ Ints = NDArray[np.int64]
 class _Limits:
     """Numbers of the estimate."""
 
-    longest: tuple[int, ...] = (10, 5)
-    """Readings in a stretch, and in one where longer ones bend."""
+    longest: int = 10
+    nearer: int = 5
+    """Readings in a stretch, and in one that a bend reaches less often."""
     fewest_dof: int = 6
     stretches: int = 400
     correlations: tuple[float, ...] = (0.0, 0.2, 0.4, 0.6, 0.8)
@@ -92,21 +93,22 @@ class Scatter:
     @property
     def off(self) -> bool:
         """Whether the stated uncertainty cannot be right."""
-        if self.ratio is None:
+        if self.ratio is None or not self._is_off:
             return False
-        nearer = self if self.nearer is None or self.nearer.ratio is None else self.nearer
-        alike = (nearer.ratio or 1.0) > 1 if self.ratio > 1 else (nearer.ratio or 1.0) < 1
-        return alike and self._is_off and nearer._is_off
+        # A bend adds to the scatter along a long stretch, and takes nothing from it.
+        nearer = self.nearer if self.ratio > 1 else None
+        return nearer is None or nearer.ratio is None or (nearer.ratio > 1 and nearer._is_off)
 
     @property
     def _is_off(self) -> bool:
         assert self.ratio is not None
+        if self.correlation > 0:
+            # What is correlated is poorly known; only a large difference counts.
+            return not 0.4 < self.ratio < 2.5
         from scipy.special import chdtrc
 
         above = float(chdtrc(self.dof, self.dof * self.ratio**2))
-        # What is correlated is poorly known; only a large difference counts.
-        low, high = (0.4, 2.5) if self.correlation > 0 else (0.87, 1.15)
-        return min(above, 1 - above) < 0.005 and not low < self.ratio < high
+        return min(above, 1 - above) < 0.005 and not 0.87 < self.ratio < 1.15
 
 
 def estimate(
@@ -118,10 +120,12 @@ def estimate(
     """
     u = readings.u_elastic_angle_arcsec
     weighted = residual_arcsec if u is None else residual_arcsec / u
-    found = [_along(readings, weighted, n, correlation) for n in _LIMITS.longest]
     step = display_step(readings.elastic_angle_arcsec)
-    longer, nearer = (None if a is None else a.of(u, step) for a in found)
-    return longer and replace(longer, nearer=nearer)
+    longer = _along(readings, weighted, _LIMITS.longest, correlation)
+    if longer is None:
+        return None
+    nearer = _along(readings, weighted, _LIMITS.nearer, longer.correlation)
+    return replace(longer.of(u, step), nearer=nearer and nearer.of(u, step))
 
 
 @dataclass(frozen=True)

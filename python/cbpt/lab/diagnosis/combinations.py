@@ -12,13 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData
+from cbpt.lab.diagnosis.diagnosis_data import DiagnosisData, probable_sets
 from cbpt.lab.diagnosis.rungs import rung_of, rung_of_lack_of_fit
 from cbpt.lab.selection.posterior import UNKNOWN, named_of, posterior_of
 from cbpt.lab.selection.rest import remains_arcsec
 from cbpt.lab.selection.rules import RULES
-
-_MOST = 12
 
 
 @dataclass(frozen=True)
@@ -42,15 +40,13 @@ class Combination:
 
 
 def combinations(d: DiagnosisData) -> list[Combination]:
-    """Those that make up 95 % of the posterior, at most twelve, the most probable first."""
+    """Those that make up 95 % of the posterior, at most twelve, the most probable first; what remains
+    without a name may take more from one than from another."""
     posterior = posterior_of(d.competition)
-    found, total = [], 0.0
-    for names in sorted(posterior.sets, key=lambda n: -posterior.sets[n])[:_MOST]:
-        if total >= RULES.certain:
-            break
-        total += posterior.sets[names]
-        found.append(_combination(d, names, d.verdict.of_set(names) * posterior.sets[names]))
-    return found
+    return [
+        _combination(d, names, d.verdict.of_set(names) * posterior.sets[names])
+        for names in probable_sets(posterior)
+    ]
 
 
 def _combination(d: DiagnosisData, names: tuple[str, ...], probability: float) -> Combination:
@@ -62,7 +58,7 @@ def _combination(d: DiagnosisData, names: tuple[str, ...], probability: float) -
     if UNKNOWN in names and lacks:
         errors = rung_of_lack_of_fit(lacks[0], d.fold)
     else:
-        errors = rung_of(fitter, "", fitter.look(fit, d.noise), d.fold)
+        errors = rung_of(fitter, "", fitter.look(fit, d.noises.of(base)), d.fold)
     return Combination(
         effects=tuple(n for n in names if n != UNKNOWN),
         unnamed=UNKNOWN in names,

@@ -220,7 +220,7 @@ def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     else:
         yield (
             f"Within runs the readings scatter by {found}, {scatter.ratio:.2g} times the stated "
-            "uncertainty; chance and bends of the curve can make as much of a difference."
+            "uncertainty, which is known no better from these readings."
         )
 
 

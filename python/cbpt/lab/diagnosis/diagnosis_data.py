@@ -2,6 +2,7 @@
 
 Rung             one step of the ladder of errors
 finished         a fit whose search is brought to its end
+probable_sets    sets that make up most of a posterior
 noises_of        the noise through which the models of an answer are looked at
 DiagnosisData    the answer with all it rests on, without its words
 """
@@ -25,7 +26,8 @@ from cbpt.lab.inference.residuals import told_by, without_offsets
 from cbpt.lab.readings.reader import Readings
 from cbpt.lab.selection.competition import Competition
 from cbpt.lab.selection.decision import Verdict
-from cbpt.lab.selection.posterior import UNKNOWN
+from cbpt.lab.selection.posterior import Posterior, named_of, posterior_of
+from cbpt.lab.selection.rules import RULES
 from cbpt.lab.selection.setting import Names
 
 Floats = NDArray[np.float64]
@@ -88,22 +90,42 @@ class Noises:
     own: Noise
     told: Noise
     """The same with what the instrument does as the answer shows it."""
+    rivals: frozenset[frozenset[str]] = frozenset()
+    """Sets that are as good an answer."""
+    lacks: bool = False
+    """Whether the answer has more than its names."""
 
     def of(self, names: Collection[str]) -> Noise:
-        """For a set of effects. One that has less than the answer has its misfit for no instrument
-        that wanders; any other tells itself what the instrument does."""
-        return self.told if set(names) < set(self.answer) else self.own
+        """For a set of effects. What holds the answer, or is a rival of it, tells itself what the
+        instrument does; of any other set the misfit is no instrument that wanders."""
+        whole = not self.lacks and set(self.answer) <= set(names)
+        return self.own if whole or frozenset(names) in self.rivals else self.told
+
+
+MOST_PROBABLE = 12
+
+
+def probable_sets(posterior: Posterior) -> list[Names]:
+    """Sets that make up 95 % of a posterior, at most twelve, the most probable first."""
+    found: list[Names] = []
+    for names in sorted(posterior.sets, key=lambda n: -posterior.sets[n])[:MOST_PROBABLE]:
+        if sum(posterior.sets[n] for n in found) >= RULES.certain:
+            break
+        found.append(names)
+    return found
 
 
 def noises_of(competition: Competition, verdict: Verdict) -> Noises:
     """Those of the best fit, or of what it leaves without a name."""
-    campaign, names, lack = competition.campaign, verdict.names, verdict.lack_of_fit
-    if lack is None:
-        fit = competition.fits[names]
-        return Noises(names, fit.noise, told_by(campaign, fit.residual_arcsec, fit.noise))
-    residual = lack.problem.residual(lack.amplitude, lack.noise)
-    told = told_by(campaign, residual, lack.noise)
-    return Noises((*names, UNKNOWN), lack.noise, told)
+    campaign, answer, lack = competition.campaign, verdict.names, verdict.lack_of_fit
+    fit = competition.fits[answer]
+    residual, noise = fit.residual_arcsec, fit.noise
+    if lack is not None:
+        residual, noise = lack.problem.residual(lack.amplitude, lack.noise), lack.noise
+    near = {frozenset(named_of(n)) for n in probable_sets(posterior_of(competition))}
+    rivals = frozenset(n for n in near if not n <= set(answer))
+    told = told_by(campaign, residual, noise)
+    return Noises(answer, noise, told, rivals, lack is not None)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

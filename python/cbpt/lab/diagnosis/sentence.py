@@ -323,7 +323,7 @@ def _complete(d: DiagnosisData, sure: str, say: Say) -> str:
 
 def _ambiguous(d: DiagnosisData, sure: str, fall: str, angle: AngleUnit) -> str:
     v = d.verdict
-    if v.within_uncertainty:
+    if v.within_uncertainty and v.lack_of_fit is None:
         kind = d.competition.campaign.drive.kind
         names = listed([number_called(n, kind) for group in v.rivals for n in group], "or")
         return (

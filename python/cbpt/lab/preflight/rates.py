@@ -210,7 +210,7 @@ def _rate(r: Readings, leg: Leg, time: Floats) -> _Rate | None:
     way = np.abs(torque[k:] - torque[:-k])
     parts = way / (t[k:] - t[:-k])
     slow, typical, quick = np.percentile(parts, [10, 50, 90]).tolist()
-    if quick > _LIMITS.told * slow:
+    if quick > _LIMITS.told * slow or not typical > 0:
         typical = mean
     if np.any(np.diff(torque) * leg.way < 0):
         slow, typical, quick = mean, mean, mean  # parts of a torque that scatters tell no rate
