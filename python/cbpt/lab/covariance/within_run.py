@@ -125,7 +125,7 @@ def estimate(
     if longer is None:
         return None
     nearer = _along(readings, weighted, _LIMITS.nearer, longer.correlation)
-    return replace(longer.of(u, step), nearer=nearer and nearer.of(u, step))
+    return replace(longer.of(u, step), nearer=None if nearer is None else nearer.of(u, step))
 
 
 @dataclass(frozen=True)

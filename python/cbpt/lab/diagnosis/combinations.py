@@ -40,8 +40,8 @@ class Combination:
 
 
 def combinations(d: DiagnosisData) -> list[Combination]:
-    """Those that make up 95 % of the posterior, at most twelve, the most probable first; what remains
-    without a name may take more from one than from another."""
+    """Those that make up 95 % of the posterior, at most twelve, the most probable first: what
+    remains without a name may take more from one than from another."""
     posterior = posterior_of(d.competition)
     return [
         _combination(d, names, d.verdict.of_set(names) * posterior.sets[names])
