@@ -220,7 +220,7 @@ def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     else:
         yield (
             f"Within runs the readings scatter by {found}, {scatter.ratio:.2g} times the stated "
-            "uncertainty, which is known no better from these readings."
+            "uncertainty; these readings do not tell whether that is chance."
         )
 
 

@@ -296,8 +296,8 @@ def _misfit(why: Why) -> str:
         return f"It fits better by {size}{where}; {price or 'but not enough'}."
     if other < -1:
         price = (
-            "that counts for less than it would alone, as the model allows for larger noise and "
-            "for departures from the equations"
+            "a part of that does not count, as the model allows for larger noise and for "
+            "departures from the equations"
         )
     return f"It fits worse by {size}{where}{f'; {price}' if price else ''}."
 
