@@ -37,6 +37,8 @@ class _Limits:
     longest: int = 10
     nearer: int = 5
     """Readings in a stretch, and in one that a bend reaches less often."""
+    alike: tuple[float, float] = (0.87, 1.15)
+    """Ratios of two scatters between which they are called alike."""
     fewest_dof: int = 6
     stretches: int = 400
     correlations: tuple[float, ...] = (0.0, 0.2, 0.4, 0.6, 0.8)
@@ -100,6 +102,12 @@ class Scatter:
         return nearer is None or nearer.ratio is None or (nearer.ratio > 1 and nearer._is_off)
 
     @property
+    def alike(self) -> bool:
+        """Whether it is about what is stated."""
+        low, high = _LIMITS.alike
+        return self.ratio is not None and low < self.ratio < high
+
+    @property
     def _is_off(self) -> bool:
         assert self.ratio is not None
         if self.correlation > 0:
@@ -108,7 +116,7 @@ class Scatter:
         from scipy.special import chdtrc
 
         above = float(chdtrc(self.dof, self.dof * self.ratio**2))
-        return min(above, 1 - above) < 0.005 and not 0.87 < self.ratio < 1.15
+        return min(above, 1 - above) < 0.005 and not self.alike
 
 
 def estimate(

@@ -179,10 +179,6 @@ def _parameter(n: Number) -> str:
     return name_of_size(n.effect) if n.name == n.effect else n.name
 
 
-_ALIKE = 0.87
-"""Ratio of two scatters from which on they are called alike."""
-
-
 def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
     """The misfit against what the readings themselves say of their scatter."""
     scatter, p = c.scatter, c.p_value_of_scatter
@@ -215,7 +211,7 @@ def _scatter(c: ComparisonData, angle_unit: str) -> Iterator[str]:
             f"The stated uncertainty looks too {which}: within runs the readings scatter by "
             f"{found}, {scatter.ratio:.2g} times as much; {judged}."
         )
-    elif _ALIKE < scatter.ratio < 1 / _ALIKE:
+    elif scatter.alike:
         yield f"Within runs the readings scatter by {found}, as the stated uncertainty says."
     else:
         yield (

@@ -133,12 +133,12 @@ def bases(readings: Readings) -> dict[str, Floats]:
         found["preload_step"] = levels(r.preload_step)
     found["input_angle_deg"] = turn(r.input_angle_deg)
     found["direction"] = levels(r.direction())
-    even = {"torque_rate": np.abs(rate_of(r))} if r.time_s is not None else {}
-    if r.time_s is not None:
-        even |= {"time_s": r.time_s, "run_time_s": run_time(r)}
-    else:
+    if r.time_s is None:
         # Time went on though nobody wrote it down.
-        even["order"] = np.arange(float(len(r)))
+        even = {"order": np.arange(float(len(r)))}
+    else:
+        rate = np.abs(rate_of(r))
+        even = {"time_s": r.time_s, "run_time_s": run_time(r), "torque_rate": rate}
     for name, values in even.items():
         found[name] = hats(values, 5 if name == "run_time_s" else 8)
         found[_smooth_of(name)] = slow_waves(values)
