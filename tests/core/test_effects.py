@@ -322,8 +322,9 @@ def test_a_span_that_drifts_is_a_share_of_the_angle(case: str) -> None:
 @pytest.mark.parametrize("case", CASES)
 def test_crosstalk_is_another_preload(case: str) -> None:
     found = predictor(Drive.from_dict(CASES[case]), ["preload_crosstalk"])
-    numbers = [{"crosstalk_force_N": -30.0, "reference_torque_Nm": 4.0}]
-    other = replace(ROWS, preload_N=ROWS.preload_N - 7.5 * ROWS.torque_Nm)
+    numbers = [{"crosstalk_force_N": -30.0, "crosstalk_share": 0.1, "reference_torque_Nm": 4.0}]
+    grown = ROWS.preload_N * (1 + 0.025 * ROWS.torque_Nm)
+    other = replace(ROWS, preload_N=grown - 7.5 * ROWS.torque_Nm)
     wanted = simulate(rig_drive(CASES[case]), other)
     angle = found.predict(values_of(found, numbers)).angle_rad
     np.testing.assert_allclose(angle, wanted, rtol=1e-8, atol=1e-12)

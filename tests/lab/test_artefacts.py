@@ -168,6 +168,7 @@ def test_a_torque_sensor_off_zero_is_no_nonlinear_angle_sensor() -> None:
         ("damping", "time_constant_s", 1.5),
         ("torque_hysteresis", "half_width_Nm", 0.12),
         ("preload_crosstalk", "crosstalk_force_N", 25.0),
+        ("preload_crosstalk", "crosstalk_share", 0.1),
         ("span_drift", "rate_per_K", 0.01),
         ("torque_zero", "zero_drift_Nm_per_s", 1e-4),
     ],

@@ -1,6 +1,7 @@
 //! Crosstalk from the torque to the preload.
 //!
-//! N_Z = N_read + F M_read/M_ref: a preload sensor that feels the torque, or an axial force that grows with it.
+//! N_Z = N_read + (F + s N_read) M_read/M_ref: a preload sensor that feels the torque, or an axial force that grows with it (F); a
+//! screw or a guide that the torque turns, and with it what it presses with (s).
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
@@ -13,14 +14,21 @@ pub static SPEC: Spec = Spec {
     class: Class::Rig,
     port: Port::Reading,
     reducers: Reducers::BallDrives,
-    equation: "N_Z = N_read + F M_read/M_ref",
+    equation: "N_Z = N_read + (F + s N_read) M_read/M_ref",
     source: "crosstalk as data sheets of multi-axis load cells state it",
     tell_tale: "the drive is softer under a torque of one sign, the more the larger the torque is",
     parameters: &[
         Parameter::size("crosstalk_force", Quantity::Force, "force F by which the preload is off at M_ref")
             .within(-1e6, 1e6)
             .likely(-200.0, 200.0),
-        Parameter::shape("reference_torque", Quantity::Torque, 1.0, "torque M_ref of the force")
+        Parameter::size(
+            "crosstalk_share",
+            Quantity::Number,
+            "share s of the preload by which it is off at M_ref",
+        )
+        .within(-10.0, 10.0)
+        .likely(-0.3, 0.3),
+        Parameter::shape("reference_torque", Quantity::Torque, 1.0, "torque M_ref of force and share")
             .within(1e-6, 1e6)
             .likely(0.1, 100.0)
             .log(),
@@ -30,7 +38,10 @@ pub static SPEC: Spec = Spec {
 };
 
 fn act(own: &[Dual], row: &Row, load: &mut Load) {
-    load.preload_N += own[0].quotient(&own[1]) * row.torque_Nm;
+    let [force, share, reference] = [&own[0], &own[1], &own[2]];
+    let mut off = *force;
+    off.add_product(1.0, share, &load.preload_N);
+    load.preload_N += off.quotient(reference) * row.torque_Nm;
 }
 
 #[cfg(test)]
@@ -41,8 +52,9 @@ mod tests {
 
     #[test]
     fn the_torque_changes_the_preload() {
-        let preload = load(&SPEC, &[-20.0, 4.0]).preload_N.value;
-        assert_close(preload, ROW.preload_N - 5.0 * ROW.torque_Nm);
+        let preload = |own: &[f64]| load(&SPEC, own).preload_N.value;
+        assert_close(preload(&[-20.0, 0.0, 4.0]), ROW.preload_N - 5.0 * ROW.torque_Nm);
+        assert_close(preload(&[0.0, 0.1, 4.0]), ROW.preload_N * (1.0 + 0.025 * ROW.torque_Nm));
     }
 
     #[test]

@@ -179,7 +179,7 @@ fn typical(id: &str, name: &str) -> f64 {
         (_, "friction_torque_Nm") => 0.1,
         (_, "load_share") => 0.05,
         (_, "engagement_angle_rad" | "warm_up_rad") => 6.0 * ARCSEC,
-        (_, "lost_share") => 0.1,
+        (_, "lost_share" | "crosstalk_share") => 0.1,
         (_, "lost_force_N") => 20.0,
         (_, "spring_rate_N_per_m") => 1e7,
         (_, "rate_N_per_K") => 5.0,

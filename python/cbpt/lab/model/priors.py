@@ -461,11 +461,23 @@ def sensor_hystereses(angle_rad: float) -> tuple[Variant, ...]:
 
 
 def crosstalks(torque_Nm: float, preload_N: float) -> tuple[Variant, ...]:
-    """A preload that is off by 0.2 to 20 % at the largest torque."""
-    low, high = 0.002 * preload_N, 0.2 * preload_N
+    """A preload that is off by 0.2 to 20 % at the largest torque: by a force, or by a share of what
+    it is.
+    """
     at = (("reference_torque_Nm", torque_Nm),)
-    size = ("crosstalk_force_N",)
-    return (Variant("preload_crosstalk", size, low, high, True, fixed=at, scaled=True),)
+    low, high = 0.002, 0.2
+    force = Variant(
+        "preload_crosstalk",
+        ("crosstalk_force_N",),
+        low * preload_N,
+        high * preload_N,
+        True,
+        fixed=at,
+        scaled=True,
+        name="a force",
+    )
+    share = replace(force, sizes=("crosstalk_share",), low=low, high=high, name="a share")
+    return force, share
 
 
 def warm_ups(length_s: float | None, low_rad: float, high_rad: float) -> tuple[Variant, ...]:
