@@ -273,6 +273,13 @@ def test_warnings_name_steps_closure_and_rate() -> None:
     assert "N m/s" in " ".join(read(CYCLES, 60 * CYCLES, time_s=time).groups[0].warnings)
 
 
+def test_a_report_tells_all_its_angles_in_one_unit() -> None:
+    """Warnings and reasons said arcsec beside figures in degrees."""
+    coarse = CYCLES[::10]
+    report = read(coarse, 60 * coarse + 2.0 * np.arange(len(coarse))).report("deg")
+    assert "does not close" in report and "arcsec" not in report
+
+
 def test_each_preload_and_each_level_of_a_column_has_figures() -> None:
     moments = np.repeat(["before", "after"], len(CYCLES))
     table = {

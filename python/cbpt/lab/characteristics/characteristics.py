@@ -17,8 +17,8 @@ from cbpt.lab.characteristics.record import CharacteristicsData, Group
 from cbpt.lab.characteristics.text import lines
 from cbpt.lab.characteristics.uncertainty import LoopSet
 from cbpt.lab.wording.html import Reported
+from cbpt.lab.wording.numbers import angle_unit_of
 from cbpt.lab.wording.versions import versions
-from cbpt.results import ANGLE_UNITS
 
 __all__ = ["Characteristics"]
 
@@ -66,10 +66,7 @@ class Characteristics(Reported, CharacteristicsData):
 
     def report(self, angle_unit: str = "arcsec") -> str:
         """As text, angles in `angle_unit` (arcsec, arcmin, deg, urad, mrad, rad)."""
-        if angle_unit not in ANGLE_UNITS:
-            known = ", ".join(ANGLE_UNITS)
-            raise ValueError(f"angle_unit = {angle_unit!r}: expected one of {known}")
-        return "\n".join(lines(self, angle_unit))
+        return "\n".join(map(angle_unit_of(angle_unit).retold, lines(self, angle_unit)))
 
     def plot(self, path: str | os.PathLike[str], angle_unit: str = "arcsec") -> None:
         """Draw the loops, with the figures where they are read off, to an SVG, PNG or PDF file.
