@@ -221,11 +221,13 @@ def test_compare_prints_the_report(capsys: pytest.CaptureFixture[str]) -> None:
         assert part in said.out
 
 
-def test_a_column_is_chosen_by_once(capsys: pytest.CaptureFixture[str]) -> None:
-    """The last value won without a word."""
-    twice = ["--only", "run=1", "--only", "run=2"]
-    assert code_of(["compare", str(CASE), str(DATA), *twice]) == 2
-    assert "run has a value already; give each column once" in capsys.readouterr().err
+def test_a_column_may_have_several_values(capsys: pytest.CaptureFixture[str]) -> None:
+    """The last value won without a word; then one value a column was all that could be asked."""
+    assert compare("--only", "run=1", "--only", "run=2", "--only", "preload_N=420") == 0
+    report = capsys.readouterr().out
+    assert "readings are used, those with run = 1 or 2, preload_N = 420" in report
+    assert compare("--only", "run=1", "--only", "run=no") == 2
+    assert "readings with run = no" in capsys.readouterr().err
 
 
 def test_compare_prints_one_json_object(capsys: pytest.CaptureFixture[str]) -> None:
@@ -474,6 +476,18 @@ def test_long_work_shows_how_far_it_is(
         counter.share("pairs of effects", 0.6)
         assert capsys.readouterr().err == "\r\x1b[K60% done, next: pairs of effects "
     assert capsys.readouterr().err == "\r\x1b[K"
+
+
+def test_long_work_into_a_file_tells_that_it_goes_on(capsys: pytest.CaptureFixture[str]) -> None:
+    """A comparison of fourteen levels was silent for minutes; a line each half a minute."""
+    with Counter() as counter:
+        counter.share("pairs of effects", 0.2)
+        assert capsys.readouterr().err == ""
+        counter.start -= 40
+        counter.told -= 40
+        counter.share("pairs of effects", 0.6)
+        counter.share("pairs of effects", 0.7)
+    assert capsys.readouterr().err == "after 40 s: 60% done, next: pairs of effects\n"
 
 
 # --- pipes --------------------------------------------------------------------------------

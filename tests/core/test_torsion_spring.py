@@ -79,6 +79,8 @@ def test_readings_need_no_preload_and_keep_its_step() -> None:
         part.notes[-1]
         == "64 of 128 readings are used, those with design = split, preload_step = 2.0"
     )
+    both = cbpt.compare(CASE, data, only={"preload_step": [1, 2], "design": ["split"]}).readings
+    assert set(both.run.tolist()) == {2}
     with pytest.raises(cbpt.ReadingsError, match="readings with design = flat"):
         cbpt.compare(CASE, data, only={"design": "flat"})
     with pytest.raises(cbpt.ReadingsError, match="no such column"):

@@ -140,8 +140,8 @@ def inputs(
         metavar="COLUMN=VALUE",
         action="append",
         default=[],
-        help="use only these readings, for example preload_step=3; may be repeated with another "
-        "column",
+        help="use only these readings, for example preload_step=3; may be repeated, for another "
+        "value of the column or for another column",
     )
     return parser
 
@@ -292,16 +292,16 @@ def optional_files(argv: list[str], **endings: tuple[str, ...]) -> list[str]:
     return words
 
 
-def only_of(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, str] | None:
+def only_of(
+    parser: argparse.ArgumentParser, options: argparse.Namespace
+) -> dict[str, list[str]] | None:
     """What --only says."""
-    only = {}
+    only: dict[str, list[str]] = {}
     for entry in options.only:
         column, equals, value = entry.partition("=")
         if not equals:
             parser.error(f"--only {entry}: expected COLUMN=VALUE, for example preload_step=3")
-        if column in only:
-            parser.error(f"--only {entry}: {column} has a value already; give each column once")
-        only[column] = value
+        only.setdefault(column, []).append(value)
     return only or None
 
 
@@ -391,27 +391,39 @@ def show_results(found: Diagnosis | Fitted, options: argparse.Namespace) -> None
     write_whole(path, made[path.suffix.lower()]())
 
 
+_TELL_EACH_S = 30.0
+"""Where no terminal shows how far the work is, a line each half a minute says that it goes on."""
+
+
 class Counter:
-    """A line on the terminal for what takes longer than a second; gone when the work is done."""
+    """A line on the terminal for what takes longer than a second, gone when the work is done; into
+    a file or a pipe, lines of their own."""
 
     def __init__(self) -> None:
-        self.start = time.monotonic()
+        self.start = self.told = time.monotonic()
         self.shown = False
 
     def __enter__(self) -> Counter:
         return self
 
     def show(self, done: int, total: int) -> None:
-        self._line(f"{done}/{total} readings solved ")
+        self._line(f"{done}/{total} readings solved")
 
     def share(self, what: str, share: float) -> None:
         """As a diagnosis tells it."""
-        self._line(f"{share:.0%} done, next: {what} ")
+        self._line(f"{share:.0%} done, next: {what}")
 
     def _line(self, text: str) -> None:
-        if time.monotonic() - self.start > 1 and sys.stderr is not None and sys.stderr.isatty():
+        now = time.monotonic()
+        if sys.stderr is None:
+            return
+        if not sys.stderr.isatty():
+            if now - self.told > _TELL_EACH_S:
+                self.told = now
+                print(f"after {now - self.start:.0f} s: {text}", file=sys.stderr, flush=True)
+        elif now - self.start > 1:
             self.shown = True
-            print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[K{text} ", end="", file=sys.stderr, flush=True)
 
     def __exit__(self, *error: object) -> None:
         if self.shown:

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cbpt._core import Unit
 from cbpt.errors import Mistake, ReadingsError, Setting, TakeColumn, Words
+from cbpt.lab.readings.chosen_rows import chosen_rows
 from cbpt.lab.readings.files import read_file
 from cbpt.lab.readings.headers import (
     CONTRACT,
@@ -86,8 +87,8 @@ def read_readings(
         Value for every reading where the table has no such column: `preload_N`, `input_angle_deg`.
         A note says where it was used.
     only : mapping, optional
-        The readings to take, for example ``{"design": "conic", "preload_step": 3}``: rows whose
-        cells have these values, compared as text or as numbers.
+        The readings to take, for example ``{"design": "conic", "preload_step": [3, 4]}``: rows
+        whose cells have this value, or one of these, compared as text or as numbers.
     by : str, optional
         A column whose cells are kept as `labels`, to divide the readings by.
 
@@ -122,34 +123,7 @@ def read_readings(
     reader = _Reader(table, columns, lever_arm_mm, need_preload, fill or {})
     reader.kept = tuple(dict.fromkeys([*(only or {}), *([by] if by else [])]))
     reader.by = by
-    return _only(reader.read(), only or {})
-
-
-def _only(readings: Readings, only: Mapping[str, Any]) -> Readings:
-    """The readings whose labels are as asked."""
-    rows = np.ones(len(readings), dtype=bool)
-    for column, wanted in only.items():
-        labels = readings.labels[column]
-        same = np.array([_same(label, str(wanted)) for label in labels.tolist()], dtype=bool)
-        if not (rows & same).any():
-            found = ", ".join(dict.fromkeys(labels[rows].tolist()))
-            raise ReadingsError.of_column(
-                readings.source, column, f"only {found}", f"readings with {column} = {wanted}"
-            )
-        rows &= same
-    if rows.all():
-        return readings
-    told = ", ".join(f"{column} = {wanted}" for column, wanted in only.items())
-    note = f"{np.count_nonzero(rows)} of {len(rows)} readings are used, those with {told}"
-    return dataclasses.replace(readings.select(rows), notes=(*readings.notes, note))
-
-
-def _same(label: str, wanted: str) -> bool:
-    """Whether two cells say the same, as text or as numbers."""
-    try:
-        return label == wanted or float(label) == float(wanted)
-    except ValueError:
-        return False
+    return chosen_rows(reader.read(), only or {})
 
 
 def _name(source: object) -> str:

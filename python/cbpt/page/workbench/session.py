@@ -91,7 +91,7 @@ class Session:
         data: Path,
         columns: Mapping[str, str] | None = None,
         sheet: str | None = None,
-        only: Mapping[str, str] | None = None,
+        only: Mapping[str, Sequence[str]] | None = None,
         flags: Sequence[str] = (),
     ) -> Session:
         """With files from disk. Raises `CaseError` and `ReadingsError`."""

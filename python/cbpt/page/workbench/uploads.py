@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -81,7 +81,7 @@ class Upload:
     columns: dict[str, str] = field(default_factory=dict)
     """What headers mean, where the user said so."""
     sheet: str | None = None
-    only: dict[str, str] | None = None
+    only: dict[str, Sequence[str]] | None = None
     mine: Scratch | None = None
     contents: dict[str, Contents] = field(default_factory=dict, repr=False)
     """What is in a program's file, once it has been read."""
