@@ -18,6 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cbpt.lab.model.dataset import Campaign
+from cbpt.lab.model.instrument_priors import (
+    crosstalks,
+    sensor_hystereses,
+    span_drifts,
+    torque_hystereses,
+    torque_lags,
+    torque_zeros,
+    warm_ups,
+)
 from cbpt.lab.model.own_loops import WIDEST_TRANSITION, small_loops_of
 from cbpt.lab.model.priors import (
     ARCSEC,
@@ -33,15 +42,8 @@ from cbpt.lab.model.priors import (
     Variant,
     constant_frictions,
     creeps,
-    crosstalks,
     joints,
-    sensor_hystereses,
     soft_plays,
-    span_drifts,
-    torque_hystereses,
-    torque_lags,
-    torque_zeros,
-    warm_ups,
     within_limits,
 )
 from cbpt.lab.readings.readings import Readings
