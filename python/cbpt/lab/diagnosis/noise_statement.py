@@ -54,13 +54,15 @@ def _stated(d: DiagnosisData) -> float | None:
 
 
 def estimated(d: DiagnosisData) -> float:
-    """What a reading is known to under the noise of the answer, arcsec; what is stated counts as
-    some degrees of freedom beside those of the scatter."""
+    """What a reading is known to under the noise of the answer, arcsec, what the torque scatters by
+    included; what is stated counts as some degrees of freedom beside those of the scatter."""
     c = d.competition.campaign
     if c.step_arcsec and d.verdict.lack_of_fit is None:
         # A coarse display has the noise that it has; what is judged by is more.
         return scatter_of(d.competition.fitter, d.after)[0]
-    return float(d.noise.scale * np.sqrt(np.mean(c.u_reading_arcsec**2)))
+    beside = d.noise.beside_arcsec
+    variance = (d.noise.scale * c.u_reading_arcsec) ** 2 + (0.0 if beside is None else beside**2)
+    return float(np.sqrt(np.mean(variance)))
 
 
 def noise_floor(d: DiagnosisData) -> tuple[float | None, str]:
