@@ -186,6 +186,25 @@ def test_what_data_sheets_of_instruments_state_and_damping_are_no_friction(
     assert fitted["value"] == pytest.approx(value, abs=3 * fitted["u"])
 
 
+@pytest.mark.parametrize("preloads", [1, 4])
+@pytest.mark.parametrize(
+    ("effect", "numbers"),
+    [
+        ("preload_crosstalk", {"crosstalk_share": 0.02, "reference_torque_Nm": 8.0}),
+        ("torque_zero", {"zero_error_Nm": 0.1}),
+    ],
+)
+def test_one_preload_does_not_tell_a_crosstalk_from_a_torque_zero(
+    preloads: int, effect: str, numbers: dict[str, float]
+) -> None:
+    """The zero was certain: it was 150 times as likely before any reading."""
+    table = TABLE.select(np.isin(TABLE.preload_N, np.unique(TABLE.preload_N)[:preloads]))
+    readings = cbpt.simulate(CASE, table, effects=[(effect, numbers)], seed=1)
+    verdict = cbpt.diagnose(CASE, readings).verdict
+    both = ("preload_crosstalk", "torque_zero")
+    assert (verdict.effects, verdict.rivals) == (((effect,), ()) if preloads > 1 else ((), (both,)))
+
+
 @pytest.mark.parametrize("zero_error_Nm", [-0.12, 0.12])
 def test_a_zero_error_that_drifts_is_one_effect(zero_error_Nm: float) -> None:
     hidden = {"zero_error_Nm": zero_error_Nm, "zero_drift_Nm_per_s": 1e-4}

@@ -495,15 +495,14 @@ def _sphere(k: int) -> float:
 
 _CALIBRATIONS = ("torque_scale", "preload_scale", "sensor_gain", "contact_angle")
 _INSTRUMENTS = (
-    *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "preload_crosstalk", "span_drift"),
-    "loose_fixture",
+    *("torque_lag", "torque_hysteresis", "sensor_hysteresis", "span_drift", "loose_fixture"),
 )
 ODDS: dict[str, float] = {
     "": 0.03,
     **dict.fromkeys((*_CALIBRATIONS, *_INSTRUMENTS), 2e-4),
     **dict.fromkeys(("rate_friction", "distributed_friction", "damping"), 2e-4),
     "ball_diameter_lot": 0.01,
-    "shaft_shift": 3e-3,
+    **dict.fromkeys(("shaft_shift", "preload_crosstalk"), 3e-3),
     "unknown": 0.03,
 }
 """Prior odds of an effect against nothing; "" stands for those not listed. A calibration or an
@@ -512,7 +511,9 @@ missing effect, and so is an error of an instrument beyond gain, zero and drift,
 damping by the rate, which look like a late sensor, or friction by another law: without evidence of
 their own they are no rivals of friction. A shaft that a side load moves takes an open lever to be
 seen at all, so it is ten times rarer than an effect; odds of 0.03 let it stand in for rough
-contacts and bearings (docs/explanation/trial-notes.md).
+contacts and bearings (docs/explanation/tests-by-others.md). So is a torque that changes the
+preload: with the odds of an instrument a torque sensor off zero, which the readings tell from it
+no better, was named for certain in its place.
 """
 
 CLASSES: dict[str, str] = {spec.id: spec.kind for spec in effect_specs()}
