@@ -96,6 +96,15 @@ def test_within_is_what_the_levels_may_differ_by() -> None:
 # --- what changed by no number ------------------------------------------------------------
 
 
+def test_what_was_tried_and_is_far_from_certain_has_no_row() -> None:
+    """Seventeen of twenty-two rows said 0.000."""
+    report = found(level(BOTH_WAYS, 150.0), level(BOTH_WAYS, 90.0, seed=2)).report()
+    table, _, after = report.partition("Tried too, each with a probability < 0.01: ")
+    assert "sensor_hysteresis" not in table and "sensor_hysteresis" in after
+    for shown in ("contact_stiffness", FRICTION, "backlash"):
+        assert f"│ {shown} " in table
+
+
 def test_a_change_of_no_number_is_not_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     """However much better the readings are followed with two values that are as good as one."""
 

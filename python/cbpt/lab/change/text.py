@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from cbpt.lab.change.loop_widths import LoopWidths
 from cbpt.lab.change.record import Changed, ChangeData, Limit, Unchanged
+from cbpt.lab.model.priors import PRIORS
 from cbpt.lab.selection.rules import RULES
 from cbpt.lab.wording import layout
 from cbpt.lab.wording.names import called
@@ -426,6 +427,10 @@ def _firm(u: Unchanged) -> bool:
     return abs(u.value) > 3 * u.within > 0
 
 
+_NEXT_TO_NOTHING = 0.005
+"""Probability of a change below which an effect that was tried beside the others has no row."""
+
+
 def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
     """The whole answer."""
     kind = found.readings[0].preload_N is None
@@ -446,11 +451,18 @@ def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
     fitted = listed(found.effects) if found.effects else "no effect"
     numbers = "the numbers of drive and rig within [uncertainty]"
     yield f"Fitted to {_all(found)}: {fitted}, and {numbers}."
-    rows = []
+    rows, others = [], []
     for group in found.weighed.groups:
+        chance = found.weighed.changed(group.effect)
+        if chance < _NEXT_TO_NOTHING and group.effect not in {*found.effects, *PRIORS}:
+            others.append(group.effect)
+            continue
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")
-        rows.append([group.effect, name, f"{found.weighed.changed(group.effect):.3f}"])
+        rows.append([group.effect, name, probability(chance)])
     yield layout.table(["effect or number", "", "probability of a change"], rows)
+    if others:
+        each = "each " if len(others) > 1 else ""
+        yield f"Tried too, {each}with a probability {probability(0.0)}: {listed(others)}."
     yield from _loops(found, angle)
     if found.reproducibility_arcsec:
         yield (
