@@ -1,6 +1,6 @@
 """What `cbpt change` says of a real reducer, against what was done to it.
 
-    python benches/interventions.py [--page docs/how-to/change.md]
+    python benches/interventions.py [--page docs/explanation/change.md]
 
 Loops of a cycloidal reducer in four builds, each measured at several moments: as assembled, after a
 run-in, after each further turn of the anti-backlash screws, and twice without anything done in
