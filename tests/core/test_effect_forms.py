@@ -110,6 +110,7 @@ def test_settling_decays_over_the_cycles(settled_arcsec: float) -> None:
         ("drift", {"rate_rad_per_s": 1e-9, "rate_rad_per_K": 1e-6, "time_constant_s": 300.0}),
         ("thermal_preload", {"rate_N_per_K": 20.0, "time_constant_s": 300.0}),
         ("wear", {"lost_share_per_s": 1e-5}),
+        ("wear", {"slowing_lost_share": 0.1, "seated_lost_share": 0.1, "seating_time_s": 500.0}),
     ],
 )
 def test_history_goes_by_time(effect: str, values: dict[str, float]) -> None:

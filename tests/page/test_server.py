@@ -201,13 +201,14 @@ def test_what_is_exported_is_what_is_shown(diagnosed: tuple[Session, TestClient]
 def test_the_exported_case_is_the_model_on_the_page(
     diagnosed: tuple[Session, TestClient], effects: list[str]
 ) -> None:
-    """The command of a model compares it: fitted anew, it may end elsewhere."""
+    """The command of a model compares it: fitted anew, it may end elsewhere. The page weighs the
+    zero by the noise of the model, far within its uncertainty (0.015 arcsec)."""
     _, client = diagnosed
     model = client.post("/api/model", json={"effects": effects}).json()["model"]
     text = client.get("/api/export/case", params={"effects": ",".join(effects)}).text
     found = cbpt.compare(cbpt.Case.from_toml(text), cbpt.read_readings(DATA))
     assert found.rmse_with_best_zero_arcsec == pytest.approx(model["rmse_arcsec"], rel=1e-4)
-    assert found.best_common_zero_arcsec == pytest.approx(model["zero_arcsec"], rel=1e-3, abs=1e-3)
+    assert found.best_common_zero_arcsec == pytest.approx(model["zero_arcsec"], abs=0.01)
 
 
 def test_the_campaign_is_judged_once_when_it_is_asked_for(

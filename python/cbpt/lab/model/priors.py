@@ -401,6 +401,21 @@ def joints(torque_Nm: float) -> tuple[Variant, ...]:
     )
 
 
+def slowing_wear(length_s: float | None) -> tuple[Variant, ...]:
+    """A loss of 0.5 to 50 % of the preload over the table that slows down: by a power of time, or
+    until joints have seated. Rarer laws than steady wear, and hardly others than a preload that
+    follows a temperature."""
+    if not length_s:
+        return ()
+    by_the_end = (("slowing_time_s", length_s),)
+    exponent = _shape("wear", "slowing_exponent", (0.3, 0.5, 0.7))
+    slows = Variant("wear", ("slowing_lost_share",), 0.005, 0.5, shapes=(exponent,))
+    slows = replace(slows, fixed=by_the_end, name="that slows down")
+    time = Shape("seating_time_s", length_s / 30, length_s, (length_s / 12, length_s / 3), True)
+    seats = Variant("wear", ("seated_lost_share",), 0.005, 0.5, shapes=(time,), name="that ends")
+    return tuple(replace(form, needs="time_s", odds=0.1, scaled=True) for form in (slows, seats))
+
+
 def soft_plays(torque_Nm: float) -> tuple[Variant, ...]:
     """A play of the bearing that is taken up within 0.5 to 15 % of the largest torque."""
     low, high = 0.005 * torque_Nm, 0.15 * torque_Nm

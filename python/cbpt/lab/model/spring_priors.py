@@ -43,6 +43,7 @@ from cbpt.lab.model.priors import (
     constant_frictions,
     creeps,
     joints,
+    slowing_wear,
     soft_plays,
     within_limits,
 )
@@ -78,6 +79,7 @@ def _forms_of(
             *(constant_frictions(torque) if several else ()),
             *soft_plays(torque),
             *joints(torque),
+            *slowing_wear(_length_s(campaign)),
             *torque_zeros(torque, _length_s(campaign)),
             *warm_ups(_length_s(campaign), 0.1 * ARCSEC, 30.0 * ARCSEC),
             *_of_instruments(campaign, torque),

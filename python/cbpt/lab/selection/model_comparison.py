@@ -20,7 +20,6 @@ from itertools import combinations, count
 import numpy as np
 from numpy.typing import NDArray
 
-from cbpt.lab.covariance.linear_gaussian import Noise
 from cbpt.lab.inference.crew import Crew, Task, side_by_side
 from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter, Race
@@ -47,10 +46,12 @@ from cbpt.lab.selection.refits import (
     fitting,
     follows,
     in_usual_forms,
+    is_odd,
     kind_of,
     modes_of,
     ranking,
     shapes_of,
+    stripped,
     without_idle,
 )
 from cbpt.lab.selection.setting import (
@@ -96,16 +97,6 @@ def compete(
     unnamed = contest.unnamed()
     report("p-values by simulation", 0.95)
     return contest.competition(unnamed, rng)
-
-
-def _is_odd(noise: Noise) -> bool:
-    """Whether it has what an instrument does, or loose readings."""
-    return noise.has_artefact or noise.inflation is not None
-
-
-def _bare(noise: Noise, campaign: Campaign) -> Noise:
-    """A noise without these."""
-    return replace(noise, artefact=campaign.known_errors, inflation=None)
 
 
 class _Contest:
@@ -159,6 +150,16 @@ class _Contest:
         offers += [offer for forms in few for offer in forms[: EFFORT.variants]]
         tasks = [(o.names[0], task) for o in offers for task in self.single(o)]
         self.fit_all(tasks, (0.1, 0.5))
+        self.crew.each((task for o in self.misjudged(offers) for task in self.single(o)), self.keep)
+
+    def misjudged(self, fitted: Sequence[Offer]) -> Iterator[Offer]:
+        """Forms of the best single effect that fell behind by no more than the linear problem is
+        off, which is the more, the larger an effect is."""
+        top = max(self.fits, key=self.score)
+        if own := [o for o in self.singles if o.names == top]:
+            off = abs(self.score(top) - own[0].score)
+            near = [o for o in own if o not in fitted and o.score > own[0].score - off]
+            yield from near[: EFFORT.variants]
 
     def fit_all(
         self, tasks: Sequence[tuple[str, Task[Fit | None]]], shares: tuple[float, float]
@@ -498,8 +499,8 @@ class _Contest:
         without."""
         near = max(self.score(n) for n in self.fits) - EFFORT.modes_room
         c, found = self.fitter.campaign, self.fits.items()
-        seen = [f for n, f in found if n and _is_odd(f.noise) and self.score(n) > near]
-        bare = (again(f, _bare(f.noise, c)) for f in seen)
+        seen = [f for n, f in found if n and is_odd(f.noise) and self.score(n) > near]
+        bare = (again(f, stripped(f.noise, c)) for f in seen)
         self.crew.each(bare, self.keep)
         fits = [self.fits[n] for n in sorted({(), max(self.fits, key=self.score)})]
         # A correlation or outliers may stand in for what the instrument does.
@@ -519,7 +520,7 @@ class _Contest:
             near = self.score(best) - EFFORT.settled_room
             others = [f for f in self.fits.values() if kind_of(f.noise) != kind_of(fit.noise)]
             tried = [other for other in others if self.setting.score(other) > near]
-            bare = replace(_bare(fit.noise, c), torque_arcsec=c.plain_noise.torque_arcsec)
+            bare = replace(stripped(fit.noise, c), torque_arcsec=c.plain_noise.torque_arcsec)
             if kind_of(bare) != kind_of(fit.noise):
                 without = again(fit, bare)(self.fitter)
                 worth = fit.log_evidence - (without.log_evidence if without else np.nan)

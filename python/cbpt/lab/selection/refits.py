@@ -9,11 +9,13 @@ in_usual_forms  a set with a rarer form in the usual one
 without_idle  a fit without the effects that it put to nothing
 follows       how well a fit follows the readings
 kind_of       what a noise has that a fit keeps to
+is_odd, stripped  whether it has what an instrument does, or loose readings; one without these
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ from cbpt.lab.inference.evidence import Fit
 from cbpt.lab.inference.fit import Fitter
 from cbpt.lab.inference.hypothesis import Hypothesis
 from cbpt.lab.inference.modes import with_modes, with_shapes
+from cbpt.lab.model.dataset import Campaign
 from cbpt.lab.model.priors import Variant
 from cbpt.lab.selection.rules import RULES
 
@@ -79,6 +82,16 @@ def kind_of(noise: Noise) -> tuple[bool, bool, str]:
     """What there is beside a scale, a correlation and offsets of runs, which every fit finds."""
     artefact = noise.artefact.kind if noise.artefact else ""
     return noise.torque_arcsec is not None, noise.inflation is not None, artefact
+
+
+def is_odd(noise: Noise) -> bool:
+    """Whether it has what an instrument does, or loose readings."""
+    return noise.has_artefact or noise.inflation is not None
+
+
+def stripped(noise: Noise, campaign: Campaign) -> Noise:
+    """A noise without these."""
+    return replace(noise, artefact=campaign.known_errors, inflation=None)
 
 
 def follows(fitter: Fitter, fit: Fit) -> float:
