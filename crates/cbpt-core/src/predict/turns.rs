@@ -175,8 +175,13 @@ fn turn_at(time_s: &[f64], torque_Nm: &[f64], scatter_Nm: f64, at: usize) -> Opt
         return None;
     }
     let half = 0.5 + (u_Nm / step_Nm).min(BEYOND);
-    let near_s = meets_s.clamp(-0.5 * before_s, 0.5 * after_s);
-    (meets_s >= -half * before_s && meets_s <= half * after_s).then(|| Turn {
+    // Next to the second reading of a run, and the last but one, a turn is found from the far side alone, if not at that reading.
+    let off_s = |rate: f64| AGREES * u_Nm / rate.abs();
+    let first_s = if at == 2 { -before_s + off_s(rates[0]) } else { 0.0 };
+    let last_s = if at + 3 == time_s.len() { after_s - off_s(rates[1]) } else { 0.0 };
+    let (from_s, to_s) = (first_s.min(-half * before_s), last_s.max(half * after_s));
+    let near_s = meets_s.clamp(first_s.min(-0.5 * before_s), last_s.max(0.5 * after_s));
+    (meets_s >= from_s && meets_s <= to_s).then(|| Turn {
         at,
         time_s: time_s[at] + near_s,
         torque_Nm: top_Nm,
@@ -204,6 +209,10 @@ impl Turn {
         )
     }
 
+    fn is_in_block(&self) -> bool {
+        self.block_s[0] <= self.time_s && self.time_s <= self.block_s[1]
+    }
+
     fn mean_Nm(&self) -> f64 {
         self.parts().iter().map(|(share, _, torque_Nm)| share * torque_Nm).sum()
     }
@@ -218,8 +227,8 @@ impl Turn {
     fn off(&self, sampling: Sampling) -> f64 {
         let (would_be_Nm, times) = match sampling {
             Sampling::AtTurns => (self.torque_Nm, 1.0),
-            Sampling::Between => (self.on_ramp_Nm(), OF_ONE_LINE / OF_SCATTER),
-            Sampling::Means => (self.mean_Nm(), 1.0),
+            Sampling::Means if self.is_in_block() => (self.mean_Nm(), 1.0),
+            Sampling::Between | Sampling::Means => (self.on_ramp_Nm(), OF_ONE_LINE / OF_SCATTER),
         };
         (self.read_Nm - would_be_Nm).abs() / (times * self.u_Nm)
     }
@@ -256,7 +265,12 @@ fn meet_the_clock_anywhere(turns: &[&Turn]) -> bool {
 /// What a run did, with its turns where a reading is what it would be beside them.
 pub fn moments(time_s: &[f64], torque_Nm: &[f64], turns: &[Turn], sampling: Sampling) -> Vec<Moment> {
     let mut found = Vec::with_capacity(time_s.len() + 2 * turns.len());
-    let is_beside = |turn: &&Turn| sampling != Sampling::AtTurns && turn.off(sampling) <= AGREES;
+    let is_beside = |turn: &&Turn| match sampling {
+        Sampling::AtTurns => false,
+        // A mean over a turn further away is that of another reading, on no line.
+        Sampling::Means => turn.is_in_block() && turn.off(sampling) <= AGREES,
+        Sampling::Between => turn.off(sampling) <= AGREES,
+    };
     let mut turns = turns.iter().filter(is_beside).peekable();
     for (reading, (&time_s, &torque_Nm)) in time_s.iter().zip(torque_Nm).enumerate() {
         let read = Moment { reading, time_s, torque_Nm, share: 1.0 };
@@ -421,6 +435,21 @@ mod tests {
         for seed_s in [1.0, 13.0, 37.0] {
             let read = |time_s: f64| noisy(time_s + seed_s, at_readings(time_s));
             assert_eq!(of(0.0, read).0, Sampling::AtTurns);
+        }
+    }
+
+    /// Three readings of 3 s after the last turn, and two: of these the first is nearer to the turn than the one before it.
+    #[test]
+    fn the_last_turn_of_a_run_is_found_with_two_readings_behind_it() {
+        for (count, offset_s) in [(22, 0.6), (22, 1.2), (23, 0.6), (23, 1.2)] {
+            let (time_s, torque_Nm): (Vec<f64>, Vec<f64>) = (0..count)
+                .map(|i| 3.0 * f64::from(i) + offset_s)
+                .map(|time_s| (time_s, triangle(time_s)))
+                .unzip();
+            let (_, moments) = of_columns(time_s, torque_Nm, TorqueTurns::BetweenReadings);
+            let tops: Vec<f64> = moments.iter().filter(|m| m.is_turn()).map(|m| m.torque_Nm).collect();
+            assert_eq!(tops.len(), 2, "{count}, {offset_s}");
+            assert!((tops[1] + 10.0).abs() < 1e-9);
         }
     }
 
