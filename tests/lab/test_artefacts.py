@@ -198,6 +198,7 @@ def test_one_preload_does_not_tell_a_crosstalk_from_a_torque_zero(
     preloads: int, effect: str, numbers: dict[str, float]
 ) -> None:
     """The zero was certain: it was 150 times as likely before any reading."""
+    assert TABLE.preload_N is not None
     table = TABLE.select(np.isin(TABLE.preload_N, np.unique(TABLE.preload_N)[:preloads]))
     readings = cbpt.simulate(CASE, table, effects=[(effect, numbers)], seed=1)
     verdict = cbpt.diagnose(CASE, readings).verdict

@@ -10,6 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 import cbpt
+from cbpt.lab.diagnosis.held_torque import _levels as levels
+from cbpt.lab.model.own_terms import campaign_of
 from cbpt.lab.readings.readings import Readings
 from common.comparisons import EXAMPLES
 from common.springs import Reducer, loops
@@ -89,6 +91,25 @@ def test_levels_that_come_again_have_one_torque(seed: int) -> None:
     assert found.verdict.kind in ("complete", "rig"), found.sentence
     assert found.verdict.effects == ()
     assert any("about the levels that it is set to" in note for note in found.notes)
+
+
+def test_levels_of_loops_of_three_sizes_are_no_scatter_of_one() -> None:
+    """Loops in eight steps to 17.5, 26.6 and 35.6 N m, as preloads of three sizes allow: levels of
+    different loops are within 2 % of each other, and each comes again exactly in its own."""
+    shares = np.concatenate([np.arange(0, 8), np.arange(8, -8, -1), np.arange(-8, 1)]) / 8
+    torque = np.round(np.outer(np.repeat([17.5, 26.6, 35.6], 4), shares).ravel(), 4)
+    readings = cbpt.read_readings(
+        {
+            "run": np.repeat(np.arange(1.0, 13.0), len(shares)),
+            "torque_Nm": torque,
+            "preload_N": np.repeat([838.0, 1270.0, 1701.0], 4 * len(shares)),
+            "elastic_angle_arcsec": np.zeros(len(torque)),
+        }
+    )
+    campaign = campaign_of(cbpt.Case.from_file(CASE), readings, [])
+    assert not levels(campaign)[1].any()
+    rough = torque + 0.02 * np.random.default_rng(1).standard_normal(len(torque))
+    assert levels(replace(campaign, readings=replace(readings, torque_Nm=rough)))[1].any()
 
 
 @pytest.mark.parametrize(("slow_Nm", "fast_Nm"), [(0.02, 0.02), (0.05, 0.05), (0.001, 0.03)])

@@ -16,14 +16,16 @@ from common.comparisons import EXAMPLES
 
 CASE = EXAMPLES / "campaign.toml"
 TABLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
+assert TABLE.time_s is not None and TABLE.preload_N is not None
+PRELOAD_N = TABLE.preload_N
 SHARE_OF_TIME = (TABLE.time_s - TABLE.time_s.min()) / np.ptp(TABLE.time_s)
 
 
 def worn(lost: NDArray[np.float64], seed: int) -> cbpt.Readings:
     """Readings of a drive whose preload falls, in a table that tells what was set."""
-    at_mesh = replace(TABLE, preload_N=TABLE.preload_N * (1 - lost))
+    at_mesh = replace(TABLE, preload_N=PRELOAD_N * (1 - lost))
     angle = cbpt.simulate(CASE, at_mesh, seed=seed)
-    return replace(angle, preload_N=TABLE.preload_N)
+    return replace(angle, preload_N=PRELOAD_N)
 
 
 @pytest.mark.parametrize("exponent", [0.4, 0.6])

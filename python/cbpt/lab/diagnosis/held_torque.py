@@ -220,7 +220,21 @@ def _levels(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     widest_inside = size[:-1][wider][-1]
     level[order] = np.r_[0, np.cumsum(gaps > widest_inside)]
     long = np.bincount(level)[level] >= _LIMITS.fewest
-    return (level, long) if _alike(campaign, level) else (level, none)
+    scatter = _alike(campaign, level) and not _are_set(campaign, level)
+    return (level, long) if scatter else (level, none)
+
+
+def _are_set(campaign: Campaign, level: NDArray[np.int64]) -> bool:
+    """Whether a run that comes to a level again mostly reads the very same torque: then levels that
+    differ by little are those of different runs, and no scatter of one."""
+    run, torque = campaign.rows.run_index, campaign.readings.torque_Nm
+
+    def times(*columns: NDArray[np.generic]) -> NDArray[np.int64]:
+        _, index = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
+        return np.asarray(np.bincount(index)[index], dtype=np.int64)
+
+    again = times(run, level) > 1
+    return bool(again.any() and np.mean(times(run, torque)[again] > 1) > 0.5)
 
 
 def _alike(campaign: Campaign, level: NDArray[np.int64]) -> bool:
