@@ -420,7 +420,7 @@ def test_mistakes_are_named() -> None:
         predictor(drive, [], replace(ROWS, preload_N=-ROWS.preload_N))
     found = predictor(drive, ["wear"])
     with pytest.raises(InvalidInputError, match="lost_share_per_s of wear"):
-        found.predict(np.array([-1.0, 0.0, 3600.0, 0.5, 0.0, 600.0]))
+        found.predict(np.array([-1.0, 0.0, 3600.0, 0.5, 0.0, 600.0, 0.0, 30.0]))
 
 
 def test_specs_are_complete() -> None:

@@ -18,7 +18,9 @@ CASE = EXAMPLES / "campaign.toml"
 TABLE = cbpt.read_readings(EXAMPLES / "campaign.csv")
 assert TABLE.time_s is not None and TABLE.preload_N is not None
 PRELOAD_N = TABLE.preload_N
-SHARE_OF_TIME = (TABLE.time_s - TABLE.time_s.min()) / np.ptp(TABLE.time_s)
+TIME_s = TABLE.time_s
+STARTS = np.flatnonzero(np.diff(TABLE.run_index)) + 1
+SHARE_OF_TIME = (TIME_s - TIME_s.min()) / np.ptp(TIME_s)
 
 
 def worn(lost: NDArray[np.float64], seed: int) -> cbpt.Readings:
@@ -46,6 +48,15 @@ def test_a_joint_that_seats_is_no_temperature(seed: int) -> None:
     assert found.verdict.effects == ("wear",)
     told = found.parameters(found.after, "wear")
     assert told["seated_lost_share"]["value"] == pytest.approx(0.2, abs=0.01)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_preload_that_relaxes_in_each_run_is_no_creep(seed: int) -> None:
+    """Creep was certain, and a loss of preload beside it."""
+    run_s = np.concatenate([t - t[0] for t in np.split(TIME_s, STARTS)])
+    found = cbpt.diagnose(CASE, worn(0.03 * np.log1p(run_s / 20), seed))
+    assert "wear" in {*found.verdict.effects, *(e for g in found.verdict.rivals for e in g)}
+    assert "creep" not in found.verdict.effects
 
 
 def test_steady_wear_has_one_number() -> None:

@@ -1,8 +1,9 @@
 //! Preload lost with time.
 //!
-//! N_Z -> N_Z (1 - w t - s (t/T)^p - b (1 - exp(-t/tau))), t since the table's first reading. Steady wear takes a share of the preload in
-//! proportion to time; the wear of surfaces that run in slows down (p < 1), as they come to bear on more of their asperities; joints
-//! that seat under their screws lose it and then hold.
+//! N_Z -> N_Z (1 - w t - s (t/T)^p - b (1 - exp(-t/tau)) - r ln(1 + t_run/tau_r)), t since the table's first reading. Steady wear takes a
+//! share of the preload in proportion to time; the wear of surfaces that run in slows down (p < 1), as they come to bear on more of their
+//! asperities; joints that seat under their screws lose it and then hold; springs, seals and polymers relax after each setting, with the
+//! logarithm of the time since the run began.
 
 use super::dual::Dual;
 use super::port::{Action, Load, Row};
@@ -15,9 +16,9 @@ pub static SPEC: Spec = Spec {
     class: Class::Effect,
     port: Port::Load,
     reducers: Reducers::BallDrives,
-    equation: "N_Z -> N_Z (1 - w t - s (t/T)^p - b (1 - exp(-t/tau))), where t is the time since the first reading of the table",
-    source: "linear wear: Archard, J. Appl. Phys. 24 (1953) 981; wear that slows down: Queener, Smith and Mitchell, Wear 8 (1965) 391; seating: VDI 2230 (2015), section 5.4.2",
-    tell_tale: "the residual grows slowly over the whole table",
+    equation: "N_Z -> N_Z (1 - w t - s (t/T)^p - b (1 - exp(-t/tau)) - r ln(1 + t_run/tau_r)), where t is the time since the first reading of the table and t_run that since the run began",
+    source: "linear wear: Archard, J. Appl. Phys. 24 (1953) 981; wear that ends: Queener, Smith and Mitchell, Wear 8 (1965) 391; seating: VDI 2230 (2015), section 5.4.2; relaxation: logarithmic creep, Andrade, Proc. R. Soc. A 84 (1910) 1",
+    tell_tale: "the residual grows over the whole table, or in each run, the more the lower the preload is",
     parameters: &[
         Parameter::size(
             "lost_share",
@@ -51,6 +52,22 @@ pub static SPEC: Spec = Spec {
             .within(1e-3, 1e9)
             .likely(10.0, 1e5)
             .log(),
+        Parameter::size(
+            "relaxing_lost_share",
+            Quantity::Number,
+            "share r of the preload that relaxes after each setting, each time its age grows e-fold",
+        )
+        .within(0.0, 0.5)
+        .likely(0.0, 0.1),
+        Parameter::shape(
+            "relaxing_time",
+            Quantity::Time,
+            30.0,
+            "time tau_r from which on it relaxes with the logarithm",
+        )
+        .within(1e-3, 1e9)
+        .likely(1.0, 1e4)
+        .log(),
     ],
     twins: &[],
     action: Action::Load(act),
@@ -63,6 +80,7 @@ fn act(own: &[Dual], row: &Row, load: &mut Load) {
         left.add_product(-1.0, &own[1], &grown);
     }
     left.add_product(-1.0, &own[4], &own[5].settled(row.time_s));
+    left.add_product(-1.0, &own[6], &(own[7].recip() * row.run_time_s).ln_1p());
     load.preload_N *= left;
 }
 
@@ -76,7 +94,7 @@ mod tests {
     #[test]
     fn it_takes_preload_with_time() {
         assert_close(
-            load(&SPEC, &[1e-4, 0.0, 3600.0, 0.5, 0.0, 600.0]).preload_N.value,
+            load(&SPEC, &[1e-4, 0.0, 3600.0, 0.5, 0.0, 600.0, 0.0, 30.0]).preload_N.value,
             0.95 * ROW.preload_N,
         );
     }
@@ -84,14 +102,24 @@ mod tests {
     /// 20 % by 2000 s is half of that after a quarter of the time.
     #[test]
     fn it_slows_down() {
-        assert_close(load(&SPEC, &[0.0, 0.2, 2000.0, 0.5, 0.0, 600.0]).preload_N.value, 0.9 * ROW.preload_N);
+        assert_close(
+            load(&SPEC, &[0.0, 0.2, 2000.0, 0.5, 0.0, 600.0, 0.0, 30.0]).preload_N.value,
+            0.9 * ROW.preload_N,
+        );
     }
 
     /// After ten time constants the joints hold.
     #[test]
     fn it_ends_where_joints_have_seated() {
-        let left = load(&SPEC, &[0.0, 0.0, 3600.0, 0.5, 0.2, 50.0]).preload_N.value;
+        let left = load(&SPEC, &[0.0, 0.0, 3600.0, 0.5, 0.2, 50.0, 0.0, 30.0]).preload_N.value;
         assert!((left / ROW.preload_N - 0.8).abs() < 1e-4);
+    }
+
+    /// A minute after the run began, with 60/(e - 1) s: one e-fold.
+    #[test]
+    fn it_relaxes_after_each_setting() {
+        let own = [0.0, 0.0, 3600.0, 0.5, 0.0, 600.0, 0.05, 60.0 / 1f64.exp_m1()];
+        assert_close(load(&SPEC, &own).preload_N.value, 0.95 * ROW.preload_N);
     }
 
     #[test]

@@ -38,7 +38,7 @@ impl TorqueTurns {
 /// A turn beside a reading of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// The nearest reading, by its number in the run.
+    /// The nearest reading with two others on both sides, by its number in the run.
     pub at: usize,
     pub time_s: f64,
     pub torque_Nm: f64,
@@ -180,7 +180,8 @@ fn turn_at(time_s: &[f64], torque_Nm: &[f64], scatter_Nm: f64, at: usize) -> Opt
     let first_s = if at == 2 { -before_s + off_s(rates[0]) } else { 0.0 };
     let last_s = if at + 3 == time_s.len() { after_s - off_s(rates[1]) } else { 0.0 };
     let (from_s, to_s) = (first_s.min(-half * before_s), last_s.max(half * after_s));
-    let near_s = meets_s.clamp(first_s.min(-0.5 * before_s), last_s.max(0.5 * after_s));
+    let is_near = meets_s.abs() <= half * if meets_s < 0.0 { before_s } else { after_s };
+    let near_s = if is_near { meets_s.clamp(-0.5 * before_s, 0.5 * after_s) } else { meets_s };
     (meets_s >= from_s && meets_s <= to_s).then(|| Turn {
         at,
         time_s: time_s[at] + near_s,

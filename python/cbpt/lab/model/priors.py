@@ -343,12 +343,16 @@ def lots(balls: int) -> tuple[Variant, ...]:
     )
 
 
+_TIMES = "time_constant_s", "warm_up_time_s", "seating_time_s"
+"""Times over which something is over."""
+
+
 def no_quicker(variant: Variant, step_s: float) -> Variant | None:
     """A form whose time constant is no shorter than the time from reading to reading, None where
     all are: what is over before the next reading is seen by none."""
     shapes: list[Shape] = []
     for shape in variant.shapes:
-        if shape.name == "time_constant_s" and shape.low < step_s:
+        if shape.name in _TIMES and shape.low < step_s:
             if shape.high <= step_s:
                 return None
             grid = tuple(t for t in shape.grid if t > step_s)
@@ -403,8 +407,8 @@ def joints(torque_Nm: float) -> tuple[Variant, ...]:
 
 def slowing_wear(length_s: float | None) -> tuple[Variant, ...]:
     """A loss of 0.5 to 50 % of the preload over the table that slows down: by a power of time, or
-    until joints have seated. Rarer laws than steady wear, and hardly others than a preload that
-    follows a temperature."""
+    until joints have seated; and one in each run, by the logarithm of its time. Rarer laws than
+    steady wear, and hardly others than a preload that follows a temperature, or creep."""
     if not length_s:
         return ()
     by_the_end = (("slowing_time_s", length_s),)
@@ -413,7 +417,10 @@ def slowing_wear(length_s: float | None) -> tuple[Variant, ...]:
     slows = replace(slows, fixed=by_the_end, name="that slows down")
     time = Shape("seating_time_s", length_s / 30, length_s, (length_s / 12, length_s / 3), True)
     seats = Variant("wear", ("seated_lost_share",), 0.005, 0.5, shapes=(time,), name="that ends")
-    return tuple(replace(form, needs="time_s", odds=0.1, scaled=True) for form in (slows, seats))
+    relaxing = _shape("wear", "relaxing_time_s", (5.0, 100.0), log=True)
+    relaxes = Variant("wear", ("relaxing_lost_share",), 0.002, 0.1, shapes=(relaxing,))
+    forms = slows, seats, replace(relaxes, name="in each run")
+    return tuple(replace(form, needs="time_s", odds=0.1, scaled=True) for form in forms)
 
 
 def soft_plays(torque_Nm: float) -> tuple[Variant, ...]:
