@@ -109,7 +109,8 @@ def test_levels_of_loops_of_three_sizes_are_no_scatter_of_one() -> None:
     campaign = campaign_of(cbpt.Case.from_file(CASE), readings, [])
     assert not levels(campaign)[1].any()
     rough = torque + 0.02 * np.random.default_rng(1).standard_normal(len(torque))
-    assert levels(replace(campaign, readings=replace(readings, torque_Nm=rough)))[1].any()
+    for shown in (rough, np.round(rough, 2), np.round(rough / 0.05) * 0.05):  # and by a display
+        assert levels(replace(campaign, readings=replace(readings, torque_Nm=shown)))[1].any()
 
 
 @pytest.mark.parametrize(("slow_Nm", "fast_Nm"), [(0.02, 0.02), (0.05, 0.05), (0.001, 0.03)])

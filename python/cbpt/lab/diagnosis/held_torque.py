@@ -52,6 +52,8 @@ class _Limits:
     """Mean square of the steps of scatter, over twice its variance, is 1 (von Neumann 1941); of
     a ramp or a small loop less than this."""
     fewest_dof: int = 8
+    set_apart: float = 0.01
+    """Mean square within runs over that between them, below which their levels are their own."""
 
 
 _LIMITS = _Limits()
@@ -225,16 +227,20 @@ def _levels(campaign: Campaign) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
 
 
 def _are_set(campaign: Campaign, level: NDArray[np.int64]) -> bool:
-    """Whether a run that comes to a level again mostly reads the very same torque: then levels that
-    differ by little are those of different runs, and no scatter of one."""
-    run, torque = campaign.rows.run_index, campaign.readings.torque_Nm
-
-    def times(*columns: NDArray[np.generic]) -> NDArray[np.int64]:
-        _, index = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
-        return np.asarray(np.bincount(index)[index], dtype=np.int64)
-
-    again = times(run, level) > 1
-    return bool(again.any() and np.mean(times(run, torque)[again] > 1) > 0.5)
+    """Whether runs come back to their own torques far more closely than they agree on a level: then
+    levels that differ by little are those of different runs, and no scatter of one."""
+    torque = campaign.readings.torque_Nm
+    _, own = np.unique(
+        np.column_stack([campaign.rows.run_index, level]), axis=0, return_inverse=True
+    )
+    count = np.bincount(own)
+    free = int(np.sum(count - 1))
+    between = np.unique(own[count[own] > 1])
+    if free < _LIMITS.fewest_dof or len(between) < 2:
+        return False
+    inside = float(np.sum((torque - _means(torque, own)) ** 2)) / free
+    off = (_means(torque, own) - _means(torque, level)) ** 2
+    return inside < _LIMITS.set_apart * float(off[count[own] > 1].mean())
 
 
 def _alike(campaign: Campaign, level: NDArray[np.int64]) -> bool:

@@ -60,8 +60,8 @@ def estimated(d: DiagnosisData) -> float:
     if c.step_arcsec and d.verdict.lack_of_fit is None:
         # A coarse display has the noise that it has; what is judged by is more.
         return scatter_of(d.competition.fitter, d.after)[0]
-    beside = d.noise.beside_arcsec
-    variance = (d.noise.scale * c.u_reading_arcsec) ** 2 + (0.0 if beside is None else beside**2)
+    torque = d.noise.torque_arcsec
+    variance = (d.noise.scale * c.u_reading_arcsec) ** 2 + (0.0 if torque is None else torque**2)
     return float(np.sqrt(np.mean(variance)))
 
 
