@@ -79,8 +79,12 @@ def test_readings_need_no_preload_and_keep_its_step() -> None:
         part.notes[-1]
         == "64 of 128 readings are used, those with design = split, preload_step = 2.0"
     )
-    both = cbpt.compare(CASE, data, only={"preload_step": [1, 2], "design": ["split"]}).readings
-    assert set(both.run.tolist()) == {2}
+    for several in ([1, 2, 2], range(1, 3), frozenset({1, 2})):
+        both = cbpt.compare(CASE, data, only={"preload_step": several, "design": ["split"]})
+        assert set(both.readings.run.tolist()) == {2}
+        assert "1 or 2," in both.readings.notes[-1]
+    with pytest.raises(cbpt.ReadingsError, match="no value"):
+        cbpt.compare(CASE, data, only={"design": []})
     with pytest.raises(cbpt.ReadingsError, match="readings with design = flat"):
         cbpt.compare(CASE, data, only={"design": "flat"})
     with pytest.raises(cbpt.ReadingsError, match="no such column"):

@@ -459,7 +459,8 @@ def lines(found: ChangeData, angle: AngleUnit = ARCSEC) -> Iterator[str]:
             continue
         name = called(group.effect, "torsion_spring" if kind else "ball_drive")
         rows.append([group.effect, name, probability(chance)])
-    yield layout.table(["effect or number", "", "probability of a change"], rows)
+    if rows:
+        yield layout.table(["effect or number", "", "probability of a change"], rows)
     if others:
         each = "each " if len(others) > 1 else ""
         yield f"Tried too, {each}with a probability {probability(0.0)}: {listed(others)}."

@@ -6,7 +6,7 @@ chosen_rows   the readings whose columns have the values that are asked for
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,11 +18,15 @@ from cbpt.lab.wording.numbers import listed
 
 def chosen_rows(readings: Readings, only: Mapping[str, Any]) -> Readings:
     """The readings whose labels are as asked: each column has its value, or one of several."""
-    rows = np.ones(len(readings), dtype=bool)
+    rows, told = np.ones(len(readings), dtype=bool), []
     for column, asked in only.items():
         labels = readings.labels[column]
-        chosen = np.zeros(len(rows), dtype=bool)
-        for wanted in _values(asked):
+        chosen, values = np.zeros(len(rows), dtype=bool), _values(asked)
+        if not values:
+            raise ReadingsError.of_column(
+                readings.source, column, "no value", "one value, or several, of the column"
+            )
+        for wanted in values:
             same = np.array([_same(label, wanted) for label in labels.tolist()], dtype=bool)
             if not (rows & same).any():
                 found = ", ".join(dict.fromkeys(labels[rows].tolist()))
@@ -31,16 +35,18 @@ def chosen_rows(readings: Readings, only: Mapping[str, Any]) -> Readings:
                 )
             chosen |= same
         rows &= chosen
+        told.append(f"{column} = {listed(values, 'or')}")
     if rows.all():
         return readings
-    told = ", ".join(f"{column} = {listed(_values(v), 'or')}" for column, v in only.items())
-    note = f"{np.count_nonzero(rows)} of {len(rows)} readings are used, those with {told}"
+    which = ", ".join(told)
+    note = f"{np.count_nonzero(rows)} of {len(rows)} readings are used, those with {which}"
     return dataclasses.replace(readings.select(rows), notes=(*readings.notes, note))
 
 
 def _values(asked: object) -> list[str]:
-    several = asked if isinstance(asked, list | tuple | set | np.ndarray) else [asked]
-    return [str(value) for value in several]
+    """One value, or each of several once."""
+    several = asked if isinstance(asked, Iterable) and not isinstance(asked, str) else [asked]
+    return list(dict.fromkeys(str(value) for value in several))
 
 
 def _same(label: str, wanted: str) -> bool:
