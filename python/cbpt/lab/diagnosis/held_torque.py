@@ -235,12 +235,12 @@ def _are_set(campaign: Campaign, level: NDArray[np.int64]) -> bool:
     )
     count = np.bincount(own)
     free = int(np.sum(count - 1))
-    between = np.unique(own[count[own] > 1])
-    if free < _LIMITS.fewest_dof or len(between) < 2:
+    if free < _LIMITS.fewest_dof or np.count_nonzero(count > 1) < 2:
         return False
-    inside = float(np.sum((torque - _means(torque, own)) ** 2)) / free
-    off = (_means(torque, own) - _means(torque, level)) ** 2
-    return inside < _LIMITS.set_apart * float(off[count[own] > 1].mean())
+    mean = _means(torque, own)
+    inside = float(np.sum((torque - mean) ** 2)) / free
+    off = (mean - _means(torque, level))[count[own] > 1]
+    return inside < _LIMITS.set_apart * float(np.mean(off**2))
 
 
 def _alike(campaign: Campaign, level: NDArray[np.int64]) -> bool:
